@@ -1,0 +1,39 @@
+//! The shading points of an image: one primary hit at each pixel's centre, in structure of arrays.
+
+use glam::Vec3;
+
+/// Marks a pixel that sees the background.
+pub const NO_POINT: u32 = u32::MAX;
+
+/// What placements work on: points seen by the camera, scene units, in row-major pixel order.
+#[derive(Clone, Debug, Default)]
+pub struct ShadingPoints {
+    pub position: Vec<Vec3>,
+    /// Unit shading normal, turned to the viewer's side.
+    pub normal: Vec<Vec3>,
+    /// Unit geometric normal, on the same side as `normal`.
+    pub geometric_normal: Vec<Vec3>,
+    /// Distance along the camera ray.
+    pub depth: Vec<f32>,
+    /// Row-major pixel index of each point.
+    pub pixel: Vec<u32>,
+    /// Film size in pixels.
+    pub width: usize,
+    pub height: usize,
+    /// Index of the point of each pixel, or [`NO_POINT`].
+    pub point_of_pixel: Vec<u32>,
+    /// Diagonal of the scene's bounding box, scene units (the papers' L).
+    pub diagonal: f32,
+    /// Metres per scene unit, for formulas that are in metres.
+    pub metres_per_unit: f32,
+}
+
+impl ShadingPoints {
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+}

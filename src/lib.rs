@@ -1,0 +1,24 @@
+//! lightbench: a laboratory for *cached light*.
+//!
+//! An experiment file names scenes, a technique, its contenders and their shared budget; lightbench
+//! renders every combination, measures error and counted cost against references, and writes the
+//! tables and figures of the papers it reproduces.
+//!
+//! The modules import downwards only:
+//! `cli → experiment, report → technique → placement, cache, environment, shade → scene, trace,
+//! sample → image`.
+
+pub mod cache;
+pub mod cli;
+pub mod environment;
+pub mod experiment;
+pub mod image;
+pub mod metric;
+pub mod placement;
+pub mod registry;
+pub mod report;
+pub mod sample;
+pub mod scene;
+pub mod shade;
+pub mod technique;
+pub mod trace;

@@ -1,0 +1,52 @@
+//! Cache distributions: first stages that see geometry only, and refinements that also see the
+//! records already computed. A placement knows nothing of the cached function; it picks shading
+//! points, by index.
+
+use crate::cache::{RecordSearch, ShadingPoints};
+
+/// Chosen shading points (distinct indices) and what is worth reporting.
+#[derive(Clone, Debug, Default)]
+pub struct Placement {
+    pub sites: Vec<u32>,
+    /// Quantities found on the way (σ_s, τ, leaves, …), for the row's `params`.
+    pub found: Vec<(&'static str, f64)>,
+    /// Shortfalls and fallbacks, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A distribution that needs geometry only.
+pub trait FirstStage: Send + Sync {
+    /// Exactly `count` distinct points, or all of them if there are fewer.
+    fn place(&self, points: &ShadingPoints, count: usize, seed: u64) -> Placement;
+
+    /// For parameters that the paper picks per scene by error: the settings to try. Empty for all
+    /// others.
+    fn candidates(&self) -> Vec<Box<dyn FirstStage>> {
+        Vec::new()
+    }
+}
+
+/// What a refinement sees.
+pub struct Refinable<'a> {
+    pub points: &'a ShadingPoints,
+    /// Records in order of creation: indices into `points`.
+    pub sites: &'a [u32],
+    /// Search over those records.
+    pub search: &'a RecordSearch,
+    /// Summed absolute difference of the gathering samples of two records (indices into `sites`).
+    pub difference: &'a (dyn Fn(u32, u32) -> f32 + Sync),
+}
+
+/// Additional records where the first ones show that they are needed.
+pub trait Refinement: Send + Sync {
+    /// Share of the budget that is kept back for this stage (R).
+    fn ratio(&self) -> f64;
+
+    /// `count` distinct points that are not yet records, or as many as there are.
+    fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement;
+
+    /// The per-pixel map that guided it, row-major in [0, max], if it has one.
+    fn map(&self, _input: &Refinable) -> Option<Vec<f32>> {
+        None
+    }
+}

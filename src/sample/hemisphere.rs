@@ -1,0 +1,110 @@
+//! The equal-area map of the hemisphere and the frame that carries it to a surface.
+
+use glam::Vec3;
+
+/// An orthonormal frame built from a unit normal alone, so that equal normals give equal
+/// directions (Duff et al. 2017, branchless form).
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    pub tangent: Vec3,
+    pub bitangent: Vec3,
+    pub normal: Vec3,
+}
+
+impl Frame {
+    /// `normal` must have unit length.
+    pub fn from_normal(normal: Vec3) -> Self {
+        let sign = 1.0f32.copysign(normal.z);
+        let a = -1.0 / (sign + normal.z);
+        let b = normal.x * normal.y * a;
+        Self {
+            tangent: Vec3::new(
+                1.0 + sign * normal.x * normal.x * a,
+                sign * b,
+                -sign * normal.x,
+            ),
+            bitangent: Vec3::new(b, sign + normal.y * normal.y * a, -normal.y),
+            normal,
+        }
+    }
+
+    /// A direction of the local frame (z along the normal) in the space of the normal.
+    pub fn to_world(&self, local: Vec3) -> Vec3 {
+        self.tangent * local.x + self.bitangent * local.y + self.normal * local.z
+    }
+
+    /// The inverse of [`Frame::to_world`].
+    pub fn to_local(&self, world: Vec3) -> Vec3 {
+        Vec3::new(
+            world.dot(self.tangent),
+            world.dot(self.bitangent),
+            world.dot(self.normal),
+        )
+    }
+}
+
+/// Maps the unit square to the upper hemisphere (z ≥ 0) with equal areas: the diamond of
+/// Clarberg's square-to-sphere map, fed with a square rotated by 45° (Clarberg 2008).
+pub fn square_to_hemisphere(x: f32, y: f32) -> Vec3 {
+    let (a, b) = (2.0 * x - 1.0, 2.0 * y - 1.0);
+    let (u, v) = (0.5 * (a + b), 0.5 * (a - b));
+    let r = u.abs() + v.abs();
+    let phi = if r == 0.0 {
+        std::f32::consts::FRAC_PI_4
+    } else {
+        std::f32::consts::FRAC_PI_4 * ((v.abs() - u.abs()) / r + 1.0)
+    };
+    let planar = r * (2.0 - r * r).max(0.0).sqrt();
+    Vec3::new(
+        planar * phi.cos().copysign(u),
+        planar * phi.sin().copysign(v),
+        1.0 - r * r,
+    )
+}
+
+/// The centres of the `side * side` equal cells (2π/side² sr each) of the upper hemisphere, row by
+/// row. Unit vectors in the local frame, z along the normal.
+pub fn equal_area_hemisphere(side: usize) -> Vec<Vec3> {
+    let centre = |i: usize| (i as f32 + 0.5) / side as f32;
+    (0..side * side)
+        .map(|i| square_to_hemisphere(centre(i % side), centre(i / side)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_unit_upper_and_integrate_the_cosine() {
+        for side in [1, 2, 8, 32, 64] {
+            let directions = equal_area_hemisphere(side);
+            assert!(
+                directions
+                    .iter()
+                    .all(|d| d.z >= 0.0 && (d.length() - 1.0).abs() < 1e-5)
+            );
+            let cosine =
+                directions.iter().map(|d| d.z).sum::<f32>() * 2.0 / directions.len() as f32;
+            assert!(
+                side < 8 || (cosine - 1.0).abs() < 5e-3,
+                "side {side}: {cosine}"
+            );
+        }
+    }
+
+    #[test]
+    fn frames_are_orthonormal_and_right_handed_at_the_poles_too() {
+        for n in [
+            Vec3::Z,
+            -Vec3::Z,
+            Vec3::X,
+            Vec3::new(0.3, -0.4, -0.999).normalize(),
+        ] {
+            let f = Frame::from_normal(n);
+            assert!((f.tangent.cross(f.bitangent) - n).length() < 1e-5, "{n}");
+            let d = Vec3::new(0.1, 0.7, 0.2);
+            assert!((f.to_local(f.to_world(d)) - d).length() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! What a scene file declares, before any mesh, texture or map is read.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use glam::{DMat4, DVec3};
+
+use super::{Material, View, Wrap};
+
+/// A parsed scene. Lengths are in scene units, right-handed, y up; colours are linear Rec.709.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDescription {
+    /// The name that rows and result folders carry.
+    pub name: String,
+    /// One line for people: what is seen and what it provokes.
+    pub title: String,
+    /// The file it came from, for messages and content keys (`None` when embedded).
+    pub file: Option<PathBuf>,
+    /// Length of a scene unit in metres (formulas of the papers that are in metres use it).
+    pub metres_per_unit: f64,
+    /// Maximum length of ambient-occlusion rays in scene units; `None` means 0.1 × the diagonal of
+    /// the bounding box.
+    pub ao_distance: Option<f64>,
+    /// Factor from radiance to display-referred linear values.
+    pub exposure: f32,
+    /// Path edges after the camera: 1 emission only, 2 direct light, 3 one indirect bounce.
+    pub max_depth: u32,
+    pub views: Vec<View>,
+    pub shapes: Vec<ShapeDescription>,
+    /// Index 0 is used by shapes that name no material.
+    pub materials: Vec<Material>,
+    pub textures: Vec<TextureDescription>,
+    pub lights: Vec<LightDescription>,
+    pub environment: Option<EnvironmentDescription>,
+    /// What the loader dropped or approximated, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// One shape of a scene.
+#[derive(Clone, Debug)]
+pub struct ShapeDescription {
+    pub name: String,
+    pub source: ShapeSource,
+    pub to_world: DMat4,
+    /// Index into [`SceneDescription::materials`].
+    pub material: usize,
+    /// Emitted radiance (W/(m² sr), linear RGB) on the side of the geometric normal.
+    pub emission: Option<[f32; 3]>,
+    /// Turns the winding, and so the emitting side, round.
+    pub flip_normals: bool,
+    /// Ignores vertex normals.
+    pub face_normals: bool,
+}
+
+/// Where the triangles of a shape come from.
+#[derive(Clone, Debug)]
+pub enum ShapeSource {
+    /// A Wavefront OBJ file; `part` selects one object or group by name.
+    Obj {
+        path: PathBuf,
+        part: Option<String>,
+    },
+    Ply {
+        path: PathBuf,
+    },
+    /// Mitsuba's compressed binary mesh; a file holds several.
+    Serialized {
+        path: PathBuf,
+        index: usize,
+    },
+    /// `[-1,1]²` in the xy plane, normal +z.
+    Rectangle,
+    /// `[-1,1]³`.
+    Cube,
+    /// Analytic spheres are tessellated with smooth normals.
+    Sphere {
+        centre: DVec3,
+        radius: f64,
+    },
+    /// Unit disk in the xy plane, normal +z.
+    Disk,
+    /// A shape generated in code: see [`crate::scene::shapes`].
+    Generated {
+        generator: String,
+        /// One named part of the generator's output (its materials differ by part).
+        part: Option<String>,
+        parameters: BTreeMap<String, f64>,
+    },
+}
+
+/// A texture file and how it is read.
+#[derive(Clone, Debug)]
+pub struct TextureDescription {
+    pub path: PathBuf,
+    /// Whether the stored values are sRGB-coded (8-bit colour) or linear (raw data, HDR).
+    pub srgb: bool,
+    pub nearest: bool,
+    pub wrap: Wrap,
+    /// `uv * scale + offset` is looked up.
+    pub uv_scale: [f32; 2],
+    pub uv_offset: [f32; 2],
+}
+
+/// A light without a surface.
+#[derive(Clone, Debug)]
+pub enum LightDescription {
+    /// Parallel light; `direction` is the direction in which it travels, `irradiance` that of a
+    /// surface facing it.
+    Directional {
+        direction: DVec3,
+        irradiance: [f32; 3],
+    },
+}
+
+/// Light from infinity.
+#[derive(Clone, Debug)]
+pub enum EnvironmentDescription {
+    Constant {
+        radiance: [f32; 3],
+    },
+    /// A latitude–longitude map: u = 0.5, v = 0.5 looks along +z, the top row along +y before
+    /// `to_world` turns it.
+    Map {
+        path: PathBuf,
+        scale: f32,
+        to_world: DMat4,
+    },
+    /// Hosek–Wilkie sky with or without the solar disc.
+    SunSky {
+        /// Unit vector towards the sun, world space.
+        sun_direction: DVec3,
+        turbidity: f32,
+        albedo: f32,
+        sun: bool,
+        sky: bool,
+        scale: f32,
+    },
+}

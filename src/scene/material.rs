@@ -1,0 +1,69 @@
+//! Materials as declared; [`crate::shade`] evaluates and samples them.
+
+/// A colour that may come from a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ColourSource {
+    Constant([f32; 3]),
+    /// Index into the scene's textures.
+    Texture(usize),
+}
+
+/// A surface material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    pub name: String,
+    pub bsdf: Bsdf,
+    /// Reflects alike on both sides; a one-sided opaque material is black from behind.
+    pub two_sided: bool,
+    /// Probability that a ray meets the surface (Mitsuba's `mask`); `None` is opaque.
+    pub opacity: Option<ColourSource>,
+    /// Bump map: texture index and displacement scale in scene units per texture value.
+    pub bump: Option<(usize, f32)>,
+}
+
+/// Scattering models. `alpha` is the GGX roughness parameter (not its square root).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Bsdf {
+    Diffuse {
+        reflectance: ColourSource,
+    },
+    /// A diffuse base under a dielectric coating; `alpha = 0` is the smooth plastic.
+    Plastic {
+        diffuse: ColourSource,
+        specular: [f32; 3],
+        ior: f32,
+        alpha: f32,
+        /// Colour shift by internal scattering (Mitsuba's `nonlinear`).
+        nonlinear: bool,
+    },
+    /// `alpha = 0` is the perfect mirror. Complex index of refraction per channel; `eta = 0` with
+    /// `k = 0` stands for Fresnel reflectance 1.
+    Conductor {
+        eta: [f32; 3],
+        k: [f32; 3],
+        specular: ColourSource,
+        alpha: f32,
+    },
+    /// Smooth dielectric; `ior` = interior over exterior. `thin` neglects refraction.
+    Dielectric {
+        ior: f32,
+        thin: bool,
+        reflectance: [f32; 3],
+        transmittance: [f32; 3],
+    },
+}
+
+impl Material {
+    /// An opaque two-sided diffuse material.
+    pub fn diffuse(name: &str, reflectance: [f32; 3]) -> Self {
+        Self {
+            name: name.to_owned(),
+            bsdf: Bsdf::Diffuse {
+                reflectance: ColourSource::Constant(reflectance),
+            },
+            two_sided: true,
+            opacity: None,
+            bump: None,
+        }
+    }
+}

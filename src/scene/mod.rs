@@ -1,0 +1,67 @@
+//! Scenes: what they declare ([`SceneDescription`]) and what a technique gets ([`Scene`]).
+//!
+//! A loader (`scene.toml`, Mitsuba XML) only fills a description: no mesh or texture is opened for
+//! it. [`Scene::build`] then reads what the technique [`Needs`], moves everything to world space
+//! around the centre of the bounding box (in f64), and repairs or refuses what is broken.
+
+mod build;
+mod description;
+mod error;
+mod find;
+mod load_toml;
+mod material;
+mod mesh;
+mod mesh_obj;
+mod mesh_ply;
+mod mesh_serialized;
+mod mitsuba;
+pub mod shapes;
+mod texture;
+mod view;
+
+pub use build::{BuildReport, Scene, Shape};
+pub use description::{
+    EnvironmentDescription, LightDescription, SceneDescription, ShapeDescription, ShapeSource,
+    TextureDescription,
+};
+pub use error::SceneError;
+pub use find::{find_scene, shipped_scenes};
+pub use material::{Bsdf, ColourSource, Material};
+pub use mesh::Mesh;
+pub use texture::{Texture, Wrap};
+pub use view::{FovAxis, View};
+
+/// What a technique reads of a scene besides its triangles; nothing else is loaded or built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Vertex normals (absent ones fall back to the geometric normal).
+    pub normals: bool,
+    /// Materials and, through them, texture coordinates.
+    pub materials: bool,
+    /// Texture images; without them a textured value is its mean colour as declared, or 0.5.
+    pub textures: bool,
+    /// Emitting shapes and directional lights.
+    pub emitters: bool,
+    /// The environment map.
+    pub environment: bool,
+}
+
+impl Needs {
+    /// Geometry with shading normals: what ambient occlusion needs.
+    pub const GEOMETRY: Needs = Needs {
+        normals: true,
+        materials: false,
+        textures: false,
+        emitters: false,
+        environment: false,
+    };
+
+    /// Everything: what the path-traced truths need.
+    pub const ALL: Needs = Needs {
+        normals: true,
+        materials: true,
+        textures: true,
+        emitters: true,
+        environment: true,
+    };
+}

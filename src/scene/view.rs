@@ -1,0 +1,87 @@
+//! Named pinhole cameras.
+
+use glam::{DVec3, Vec3};
+
+/// Which side of the film the field of view spans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FovAxis {
+    /// The width.
+    X,
+    /// The height.
+    Y,
+    /// The shorter side.
+    Smaller,
+    /// The longer side.
+    Larger,
+    /// The diagonal.
+    Diagonal,
+}
+
+/// A pinhole camera. `right`, `up` and `forward` are orthonormal; mirrored cameras (left-handed
+/// images) are expressed by `right` pointing the other way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    pub name: String,
+    /// Scene units; [`crate::scene::Scene::build`] re-centres it with the geometry.
+    pub origin: DVec3,
+    /// World direction of increasing column.
+    pub right: DVec3,
+    /// World direction of decreasing row.
+    pub up: DVec3,
+    pub forward: DVec3,
+    pub fov_deg: f64,
+    pub fov_axis: FovAxis,
+    /// Default resolution, and the aspect of the published image.
+    pub width: usize,
+    pub height: usize,
+}
+
+impl View {
+    /// A camera at `origin` that looks at `target`; image right is `forward × up`.
+    pub fn look_at(
+        name: &str,
+        [origin, target, up]: [DVec3; 3],
+        fov_x_deg: f64,
+        size: [usize; 2],
+    ) -> Self {
+        let forward = (target - origin).normalize();
+        let right = forward.cross(up).normalize();
+        Self {
+            name: name.to_owned(),
+            origin,
+            right,
+            up: right.cross(forward),
+            forward,
+            fov_deg: fov_x_deg,
+            fov_axis: FovAxis::X,
+            width: size[0],
+            height: size[1],
+        }
+    }
+
+    /// Tangents of half the horizontal and vertical field of view for a film of this size (pixels).
+    pub fn half_tangents(&self, width: usize, height: usize) -> [f64; 2] {
+        let tangent = (self.fov_deg.to_radians() * 0.5).tan();
+        let (w, h) = (width as f64, height as f64);
+        let spanned = match self.fov_axis {
+            FovAxis::X => w,
+            FovAxis::Y => h,
+            FovAxis::Smaller => w.min(h),
+            FovAxis::Larger => w.max(h),
+            FovAxis::Diagonal => w.hypot(h),
+        };
+        [tangent * w / spanned, tangent * h / spanned]
+    }
+
+    /// Unit direction through film position (`x`, `y`) in pixels, the top left corner at (0, 0), on
+    /// a film of `size` = [width, height].
+    pub fn direction(&self, x: f64, y: f64, size: [usize; 2]) -> Vec3 {
+        let [tx, ty] = self.half_tangents(size[0], size[1]);
+        let sx = (2.0 * x / size[0] as f64 - 1.0) * tx;
+        let sy = (1.0 - 2.0 * y / size[1] as f64) * ty;
+        (self.right * sx + self.up * sy + self.forward)
+            .normalize()
+            .as_vec3()
+    }
+}

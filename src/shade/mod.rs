@@ -1,0 +1,1 @@
+//! Scattering, direct light and path tracing: the truths.

@@ -1,0 +1,1 @@
+//! What is computed: the cached functions and the truths.

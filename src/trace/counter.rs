@@ -1,0 +1,33 @@
+//! Counted work: the cost that does not depend on the machine.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// Rays of one job, added up from all threads.
+#[derive(Debug, Default)]
+pub struct RayCounter {
+    closest: AtomicU64,
+    shadow: AtomicU64,
+}
+
+/// A reading of a [`RayCounter`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// Closest-hit rays.
+    pub closest: u64,
+    /// Any-hit (occlusion) rays.
+    pub shadow: u64,
+}
+
+impl RayCounter {
+    pub fn add(&self, counts: RayCounts) {
+        self.closest.fetch_add(counts.closest, Relaxed);
+        self.shadow.fetch_add(counts.shadow, Relaxed);
+    }
+
+    pub fn read(&self) -> RayCounts {
+        RayCounts {
+            closest: self.closest.load(Relaxed),
+            shadow: self.shadow.load(Relaxed),
+        }
+    }
+}

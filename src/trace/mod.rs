@@ -1,0 +1,51 @@
+//! Ray queries. The rest of the program sees [`Tracer`], [`Caster`], [`Ray`] and [`Hit`] only, so
+//! that the kernels behind them can be replaced.
+
+mod counter;
+mod tracer;
+
+pub use counter::{RayCounter, RayCounts};
+pub use tracer::{Caster, Tracer};
+
+use glam::Vec3;
+
+/// A ray in scene units. `direction` has unit length, so parameters are distances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    pub origin: Vec3,
+    pub direction: Vec3,
+    /// Hits at `t < t_min` or `t > t_max` do not count.
+    pub t_min: f32,
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// An unlimited ray.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        }
+    }
+}
+
+/// The closest intersection of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    pub t: f32,
+    /// Barycentric weights of the second and third vertex.
+    pub u: f32,
+    pub v: f32,
+    /// Index into the triangles the tracer was built from.
+    pub triangle: u32,
+}
+
+/// Moves a surface point off its surface, to the side of `direction_side` (a unit geometric normal),
+/// by an amount that follows the rounding of its coordinates: 2⁻¹⁸ of their magnitude plus 10⁻⁷ of
+/// the scene's diagonal.
+pub fn offset_origin(point: Vec3, direction_side: Vec3, diagonal: f32) -> Vec3 {
+    let magnitude = point.abs().max_element();
+    point + direction_side * (magnitude * (1.0 / 262_144.0) + diagonal * 1e-7)
+}
