@@ -17,6 +17,7 @@ mod mesh_serialized;
 mod mitsuba;
 pub mod shapes;
 mod texture;
+mod transform;
 mod view;
 
 pub use build::{BuildReport, Scene, Shape};
