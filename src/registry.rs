@@ -1,6 +1,7 @@
 //! The one table of methods.
 
 use crate::placement::{FirstStage, Refinement};
+use crate::technique::{Technique, ambient_occlusion};
 
 /// How a method's error behaves as its budget grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

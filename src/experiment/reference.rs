@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::image::{Attributes, Image, ImageError, Layer, Samples, read_layers, write_exr};
-use crate::technique::{Frame, Technique};
+use crate::technique::{Frame, Technique, reference_pass};
 use crate::trace::RayCounter;
 
 /// A folder of references.
@@ -150,7 +150,7 @@ impl ReferenceStore {
             progress(reference.samples, wanted);
             let start = Instant::now();
             let counter = RayCounter::default();
-            let (pass, non_finite) = technique.reference_pass(frame, reference.samples, &counter);
+            let (pass, non_finite) = reference_pass(technique, frame, reference.samples, &counter);
             reference.add(&pass);
             reference.non_finite += non_finite;
             reference.seconds += start.elapsed().as_secs_f64();

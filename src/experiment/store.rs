@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Plan, Row};
+use super::{Config, Plan, Row};
 
 /// `results/<name>/`.
 #[derive(Clone, Debug)]
@@ -72,6 +72,12 @@ impl Store {
     /// The frozen plan.
     pub fn plan(&self) -> io::Result<Plan> {
         let text = fs::read_to_string(self.folder.join("plan.json"))?;
+        Ok(serde_json::from_str(&text)?)
+    }
+
+    /// The config that was run, overrides included.
+    pub fn config(&self) -> io::Result<Config> {
+        let text = fs::read_to_string(self.folder.join("config.json"))?;
         Ok(serde_json::from_str(&text)?)
     }
 

@@ -11,11 +11,51 @@ use serde::{Deserialize, Serialize};
 
 use super::{CachedFunction, Frame, Lookup, Site, Technique};
 use crate::cache::Neighbour;
-use crate::image::Image;
-use crate::registry::ParameterError;
+use crate::registry::{self, About, Bias, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::{Frame as LocalFrame, equal_area_hemisphere};
 use crate::scene::Needs;
 use crate::trace::{Caster, RayCounter, offset_origin};
+
+/// The registry's entry.
+pub const ENTRY: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "ambient-occlusion",
+        aliases: &["ao"],
+        summary: "ambient occlusion interpolated from records of cached visibility",
+        source: "Clarberg & Akenine-Möller 2008; Wu & Shen, section 4.3",
+        bias: Bias::Consistent,
+        failures: &[
+            "contact shadows thinner than the spacing of records are blurred or missed",
+            "records on both sides of a thin wall mix when their normals agree",
+            "surfaces are opaque: opacity masks and glass are not looked at",
+        ],
+        parameters: &[
+            Parameter {
+                key: "side",
+                default: "32",
+                unit: "",
+                meaning: "directions per side of the equal-area hemisphere grid",
+            },
+            Parameter {
+                key: "distance",
+                default: "the scene's",
+                unit: "scene units",
+                meaning: "maximum length of occlusion rays",
+            },
+            Parameter {
+                key: "lookup",
+                default: "candidates = 20, used = 6, max_angle_deg = 30",
+                unit: "",
+                meaning: "the run-time rule (N, M, θ_max; lambda_scaled replaces λ = 0.5/L)",
+            },
+        ],
+    },
+    build: |table| {
+        let technique = AmbientOcclusion::new(registry::parameters(table)?)?;
+        Ok(Box::new(technique))
+    },
+    distributions: true,
+};
 
 /// Parameters of the technique, shared by reference and contenders.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -79,29 +119,27 @@ impl Technique for AmbientOcclusion {
         Needs::GEOMETRY
     }
 
-    fn reference_pass(&self, frame: &Frame, sample: u32, counter: &RayCounter) -> (Image, u64) {
+    fn reference_pixels(
+        &self,
+        frame: &Frame,
+        caster: &Caster,
+        (first_pixel, sample): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
         let gatherer = Gatherer {
             directions: &self.directions,
             distance: self.distance(frame),
             diagonal: frame.scene.diagonal,
         };
-        let mut image = Image::new(frame.width, frame.height);
-        image
-            .pixels
-            .par_chunks_mut(frame.width)
-            .enumerate()
-            .for_each(|(y, row)| {
-                let caster = frame.tracer.caster(counter);
-                let mut scratch = Scratch::new(self.directions.len());
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    let ray = frame.camera_ray((y * frame.width + x) as u32, sample);
-                    let value = frame.site(&caster, &ray).map_or(1.0, |(site, _)| {
-                        gatherer.gather(&caster, &site, &mut scratch)
-                    });
-                    *pixel = [value; 3];
-                }
+        let mut scratch = Scratch::new(self.directions.len());
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let ray = frame.camera_ray(pixel, sample);
+            let occlusion = frame.site(caster, &ray).map_or(1.0, |(site, _)| {
+                gatherer.gather(caster, &site, &mut scratch)
             });
-        (image, 0)
+            *value = [occlusion; 3];
+        }
+        0
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {

@@ -1,13 +1,12 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
-
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Contender, Frame, PlacedRecord, Rendered, Site, Stages, Technique, shading_points};
-use crate::cache::{DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints};
+use crate::cache::{
+    DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints, inverse_distance_weights};
 use crate::image::Image;
 use crate::metric::rmse;
 use crate::placement::{FirstStage, Refinable};
@@ -118,39 +117,81 @@ pub fn render(
     Ok(rendered)
 }
 
+/// Finished records of one setting, ready to be looked up.
+struct Records {
+    function: Box<dyn CachedFunction>,
+    search: RecordSearch,
+    points: ShadingPoints,
+    /// Indices into `points`; the first `first_count` are of the first stage.
+    sites: Vec<u32>,
+    first_count: usize,
+    /// Notes, found parameters, map and stage times so far.
+    rendered: Rendered,
+}
+
 fn render_setting(
     technique: &dyn Technique,
     frame: &Frame,
     contender: &Contender,
     first: &dyn FirstStage,
 ) -> Result<Rendered, String> {
-    let (mut function, lookup) = technique
-        .cached(frame)
-        .ok_or("this technique has no records")?;
     let counter = RayCounter::default();
+    let records = place_and_evaluate((technique, frame, &counter), contender, first)?;
+    let shader = Shader {
+        frame,
+        function: records.function.as_ref(),
+        search: &records.search,
+        counter: &counter,
+    };
+    let mut rendered = records.rendered;
+    let (image, lookups, non_finite) = rendered.stages.time("rendering", || shader.image());
+    let points = &records.points;
+    rendered.image = image;
+    rendered.lookups = lookups;
+    rendered.non_finite = non_finite;
+    rendered.records = records
+        .sites
+        .iter()
+        .zip(select(points, &records.sites))
+        .enumerate()
+        .map(|(i, (&point, site))| PlacedRecord {
+            site,
+            pixel: points.pixel[point as usize],
+            stage: u8::from(i >= records.first_count),
+        })
+        .collect();
+    rendered.rays = counter.read();
+    rendered.bytes_peak = records.function.bytes() + frame.tracer.bytes() + points.bytes();
+    Ok(rendered)
+}
+
+/// Everything before the image: both stages of placement, evaluation and the search structure.
+fn place_and_evaluate(
+    (technique, frame, counter): (&dyn Technique, &Frame, &RayCounter),
+    contender: &Contender,
+    first: &dyn FirstStage,
+) -> Result<Records, String> {
+    let (mut function, lookup) = technique.cached(frame).ok_or("this technique has no records")?;
     let rule = lookup.rule(frame);
     let mut stages = Stages::default();
-    let points = stages.time("shading_points", || shading_points(frame, &counter));
-
+    let points = stages.time("shading_points", || shading_points(frame, counter));
     let refinement = contender.distribution.refinement.as_deref();
     let kept = refinement.map_or(0.0, |r| r.ratio());
     let refined = ((contender.caches as f64 * kept).round() as usize).min(contender.caches);
-    let mut placement = stages.time("placement", || {
+    let placement = stages.time("placement", || {
         first.place(&points, contender.caches - refined, contender.seed)
     });
     let mut rendered = Rendered {
-        found: std::mem::take(&mut placement.found),
-        notes: std::mem::take(&mut placement.notes),
+        found: placement.found,
+        notes: placement.notes,
         ..Rendered::default()
     };
     let mut sites = placement.sites;
     let first_count = sites.len();
     stages.time("evaluation", || {
-        function.evaluate(frame, &select(&points, &sites), &counter);
+        function.evaluate(frame, &select(&points, &sites), counter);
     });
-    if let Some(refinement) = refinement
-        && refined > 0
-    {
+    if let Some(refinement) = refinement.filter(|_| refined > 0) {
         let more = stages.time("refinement", || {
             let search = search_over(&points, &sites, rule);
             let input = Refinable {
@@ -165,7 +206,7 @@ fn render_setting(
         rendered.found.extend(more.found);
         rendered.notes.extend(more.notes);
         stages.time("refined_evaluation", || {
-            function.evaluate(frame, &select(&points, &more.sites), &counter);
+            function.evaluate(frame, &select(&points, &more.sites), counter);
         });
         sites.extend(more.sites);
     }
@@ -178,30 +219,63 @@ fn render_setting(
         ));
     }
     let search = stages.time("search", || search_over(&points, &sites, rule));
-    let shader = Shader {
-        frame,
-        function: function.as_ref(),
-        search: &search,
-        counter: &counter,
-    };
-    let (image, lookups, non_finite) = stages.time("rendering", || shader.image());
-    rendered.image = image;
-    rendered.lookups = lookups;
-    rendered.non_finite = non_finite;
-    rendered.records = sites
-        .iter()
-        .zip(select(&points, &sites))
-        .enumerate()
-        .map(|(i, (&point, site))| PlacedRecord {
-            site,
-            pixel: points.pixel[point as usize],
-            stage: u8::from(i >= first_count),
-        })
-        .collect();
-    rendered.rays = counter.read();
-    rendered.bytes_peak = function.bytes() + frame.tracer.bytes() + points.bytes();
     rendered.stages = stages;
-    Ok(rendered)
+    Ok(Records {
+        function,
+        search,
+        points,
+        sites,
+        first_count,
+        rendered,
+    })
+}
+
+/// What went into one pixel (row-major index): its samples, the records each used, their distances,
+/// weights and values.
+pub fn replay(
+    technique: &dyn Technique,
+    frame: &Frame,
+    contender: &Contender,
+    pixel: u32,
+) -> Result<Vec<String>, String> {
+    let counter = RayCounter::default();
+    let candidates = contender.distribution.first.candidates();
+    let first = candidates.first().unwrap_or(&contender.distribution.first);
+    let records = place_and_evaluate((technique, frame, &counter), contender, first.as_ref())?;
+    let caster = frame.tracer.caster(&counter);
+    let mut lines = Vec::new();
+    for sample in 0..frame.spp {
+        let Some((site, depth)) = frame.site(&caster, &frame.camera_ray(pixel, sample)) else {
+            lines.push(format!("sample {sample}: background {:?}", records.function.background()));
+            continue;
+        };
+        lines.push(format!(
+            "sample {sample}: position {:?} normal {:?} depth {depth}",
+            (site.position.as_dvec3() + frame.scene.origin).to_array(),
+            site.normal.to_array()
+        ));
+        let found = records.search.map(&[site.position], &[site.normal], |_, n| n.to_vec());
+        let neighbours = found.into_iter().next().unwrap_or_default();
+        let mut weights = Vec::new();
+        inverse_distance_weights(&neighbours, frame.scene.diagonal, &mut weights);
+        for (neighbour, weight) in neighbours.iter().zip(&weights) {
+            let point = records.sites[neighbour.record as usize] as usize;
+            let pixel = records.points.pixel[point] as usize;
+            lines.push(format!(
+                "  record {} at pixel {},{}: distance {:.6}, weight {weight:.4}, value {:?}",
+                neighbour.record,
+                pixel % frame.width,
+                pixel / frame.width,
+                neighbour.distance,
+                records.function.interpolate(&site, &[*neighbour], &[1.0])
+            ));
+        }
+        if !neighbours.is_empty() {
+            let value = records.function.interpolate(&site, &neighbours, &weights);
+            lines.push(format!("  interpolated {value:?}"));
+        }
+    }
+    Ok(lines)
 }
 
 fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<Site> {
@@ -284,25 +358,15 @@ impl Shader<'_> {
     fn values(&self, samples: &[Sample]) -> Vec<[f32; 3]> {
         let positions: Vec<Vec3> = samples.iter().map(|s| s.site.position).collect();
         let normals: Vec<Vec3> = samples.iter().map(|s| s.site.normal).collect();
-        let values: Vec<[AtomicU32; 3]> = samples.iter().map(|_| Default::default()).collect();
         let diagonal = self.frame.scene.diagonal;
-        self.search.for_each(&positions, &normals, |query, neighbours| {
-            let mut weights = [0.0f32; 256];
-            let weights = &mut weights[..neighbours.len()];
-            crate::cache::inverse_distance_weights(neighbours, diagonal, weights);
-            let value = if neighbours.is_empty() {
-                self.function.background()
-            } else {
-                self.function.interpolate(&samples[query].site, neighbours, weights)
-            };
-            for (slot, channel) in values[query].iter().zip(value) {
-                slot.store(channel.to_bits(), Relaxed);
+        self.search.map(&positions, &normals, |query, neighbours| {
+            if neighbours.is_empty() {
+                return self.function.background();
             }
-        });
-        values
-            .into_iter()
-            .map(|v| v.map(|bits| f32::from_bits(bits.into_inner())))
-            .collect()
+            let mut weights = Vec::with_capacity(neighbours.len());
+            inverse_distance_weights(neighbours, diagonal, &mut weights);
+            self.function.interpolate(&samples[query].site, neighbours, &weights)
+        })
     }
 
     /// Averages the samples of each pixel; background samples take the background's value.

@@ -4,28 +4,35 @@
 //! where they are; a [`Distribution`] places them but not what they hold. [`cached::render`] is the
 //! product of both.
 
-mod ambient_occlusion;
+pub mod ambient_occlusion;
 pub mod cached;
 mod distribution;
 mod frame;
 
-pub use ambient_occlusion::{AmbientOcclusion, Parameters as AmbientOcclusionParameters};
 pub use cached::{CachedFunction, Lookup};
 pub use distribution::Distribution;
 pub use frame::{Frame, Site, shading_points};
 
+use rayon::prelude::*;
+
 use crate::image::Image;
 use crate::scene::Needs;
-use crate::trace::{RayCounter, RayCounts};
+use crate::trace::{Caster, RayCounter, RayCounts};
 
 /// A technique with its parameters set.
 pub trait Technique: Send + Sync {
     /// What it reads of a scene.
     fn needs(&self) -> Needs;
 
-    /// The shading function itself at sub-pixel sample `sample` of every pixel: one pass of the
-    /// reference, and the number of non-finite values that were left out as black.
-    fn reference_pass(&self, frame: &Frame, sample: u32, counter: &RayCounter) -> (Image, u64);
+    /// The shading function itself at sub-pixel sample `sample` of consecutive pixels from
+    /// `first_pixel` (row-major); returns the number of non-finite values, which are left black.
+    fn reference_pixels(
+        &self,
+        frame: &Frame,
+        caster: &Caster,
+        (first_pixel, sample): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64;
 
     /// Samples per pixel of a complete reference for images with `spp` samples per pixel.
     fn reference_samples(&self, spp: u32) -> u32;
@@ -39,6 +46,27 @@ pub trait Technique: Send + Sync {
     /// The cached function of this technique, empty, for one job, and its run-time rule; `None` for
     /// the truths, whose only method is the reference.
     fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)>;
+}
+
+/// One pass of the reference over the whole frame, and its number of non-finite values.
+pub fn reference_pass(
+    technique: &dyn Technique,
+    frame: &Frame,
+    sample: u32,
+    counter: &RayCounter,
+) -> (Image, u64) {
+    let mut image = Image::new(frame.width, frame.height);
+    let non_finite = image
+        .pixels
+        .par_chunks_mut(frame.width)
+        .enumerate()
+        .map(|(y, row)| {
+            let caster = frame.tracer.caster(counter);
+            let first = (y * frame.width) as u32;
+            technique.reference_pixels(frame, &caster, (first, sample), row)
+        })
+        .sum();
+    (image, non_finite)
 }
 
 /// What a contender has to work with.
