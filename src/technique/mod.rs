@@ -25,12 +25,12 @@ pub trait Technique: Send + Sync {
     fn needs(&self) -> Needs;
 
     /// The shading function itself at sub-pixel sample `sample` of consecutive pixels from
-    /// `first_pixel` (row-major); returns the number of non-finite values, which are left black.
+    /// `first_pixel` (row-major), both given in `first_pixel_and_sample`; returns the number of non-finite values, which are left black.
     fn reference_pixels(
         &self,
         frame: &Frame,
         caster: &Caster,
-        (first_pixel, sample): (u32, u32),
+        first_pixel_and_sample: (u32, u32),
         out: &mut [[f32; 3]],
     ) -> u64;
 
