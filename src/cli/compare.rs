@@ -21,7 +21,7 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
     }
     let mut options = CompareOptions {
         exposure: args.exposure,
-        display_referred: reference_coding == Encoding::Coded,
+        display_referred: reference_coding == Encoding::Srgb,
         maps: args.out.is_some(),
         ..CompareOptions::default()
     };

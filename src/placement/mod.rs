@@ -12,6 +12,8 @@ pub struct Placement {
     pub found: Vec<(&'static str, f64)>,
     /// Shortfalls and fallbacks, a sentence each.
     pub notes: Vec<String>,
+    /// The per-pixel map that guided a refinement, row-major, if it has one.
+    pub map: Option<Vec<f32>>,
 }
 
 /// A distribution that needs geometry only.
@@ -44,9 +46,4 @@ pub trait Refinement: Send + Sync {
 
     /// `count` distinct points that are not yet records, or as many as there are.
     fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement;
-
-    /// The per-pixel map that guided it, row-major in [0, max], if it has one.
-    fn map(&self, _input: &Refinable) -> Option<Vec<f32>> {
-        None
-    }
 }
