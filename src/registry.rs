@@ -1,6 +1,14 @@
 //! The one table of methods.
 
-use crate::placement::{FirstStage, Refinement};
+use crate::placement::{FirstStage, Refinement, im, sd, vgc};
+
+/// All first stages of placement.
+pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
+
+/// The first stage with this id or alias, in any case.
+pub fn first_stage(id: &str) -> Option<&'static FirstStageEntry> {
+    FIRST_STAGES.iter().find(|entry| entry.about.answers_to(id))
+}
 
 /// How a method's error behaves as its budget grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -39,6 +47,14 @@ pub struct About {
     pub failures: &'static [&'static str],
     /// `(key, default, unit, meaning)` of each parameter.
     pub parameters: &'static [Parameter],
+}
+
+impl About {
+    /// Whether `name` is the id or an alias, in any case.
+    pub fn answers_to(&self, name: &str) -> bool {
+        let same = |id: &&str| id.eq_ignore_ascii_case(name);
+        same(&self.id) || self.aliases.iter().any(same)
+    }
 }
 
 /// One documented parameter.
