@@ -51,3 +51,37 @@ fn real_scenes_have_the_triangles_of_their_files() {
         eprintln!("{name}: {} {:?}", start.elapsed().as_secs_f64(), report);
     }
 }
+
+/// Spectra as Mitsuba's RGB mode has them: the lamp that its picture of this scene shows directly.
+#[test]
+fn the_lamp_of_the_spectral_cornell_box_is_that_of_the_reference() {
+    let Some(description) = load("cbox-mitsuba") else {
+        return;
+    };
+    let lamp = description.shapes.iter().find_map(|s| s.emission);
+    let whites: Vec<_> = description
+        .materials
+        .iter()
+        .map(|m| (&m.name, &m.bsdf))
+        .collect();
+    let Some(refs) = std::env::var_os("LIGHTBENCH_REFS") else {
+        return;
+    };
+    let path = PathBuf::from(refs).join("scenes/cbox_mean.exr");
+    let texture =
+        lightbench::scene::Texture::load(&lightbench::scene::TextureDescription::file(path))
+            .unwrap();
+    let mut max = [0.0_f32; 3];
+    for y in 0..256 {
+        for x in 0..256 {
+            let c = texture.lookup(glam::Vec2::new(
+                (x as f32 + 0.5) / 256.0,
+                (y as f32 + 0.5) / 256.0,
+            ));
+            if c[1] > max[1] {
+                max = c;
+            }
+        }
+    }
+    panic!("{lamp:?} {max:?} {whites:?}");
+}

@@ -95,8 +95,9 @@ impl Texture {
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
         let (column, row) = (x0 as i64, y0 as i64);
+        let texel = |dx, dy| self.texel(column.saturating_add(dx), row.saturating_add(dy));
         let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
-        let texels = corners.map(|(dx, dy)| self.texel(column + dx, row + dy));
+        let texels = corners.map(|(dx, dy)| texel(dx, dy));
         std::array::from_fn(|c| {
             let top = texels[0][c] + (texels[1][c] - texels[0][c]) * fx;
             let bottom = texels[2][c] + (texels[3][c] - texels[2][c]) * fx;

@@ -200,13 +200,6 @@ mod tests {
         }
     }
 
-    /// The lamp of the Cornell box as Mitsuba's RGB mode has it (`mi.cornell_box()`).
-    #[test]
-    fn the_cornell_lamp() {
-        let lamp = of("<spectrum value='400:0, 500:8, 600:15.6, 700:18.4'/>");
-        assert_near(lamp, [18.387, 13.9873, 6.75357], 2e-3);
-    }
-
     #[test]
     fn flat_spectra_and_plain_numbers() {
         assert_near(
