@@ -1,6 +1,7 @@
 //! The one table of methods.
 
 use crate::placement::{FirstStage, Refinement};
+use crate::technique::{Technique, ambient_occlusion};
 
 /// How a method's error behaves as its budget grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -71,4 +72,29 @@ pub fn parameters<T: serde::de::DeserializeOwned>(
         key: None,
         message: error.message().to_owned(),
     })
+}
+
+/// A technique.
+pub struct TechniqueEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
+    /// Whether contenders are cache distributions; otherwise `reference` is the only method.
+    pub distributions: bool,
+}
+
+/// All techniques.
+pub const TECHNIQUES: &[&TechniqueEntry] = &[&ambient_occlusion::ENTRY];
+
+/// The technique of an id or alias, whatever the case.
+pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
+    TECHNIQUES.iter().copied().find(|e| e.about.is(id))
+}
+
+impl About {
+    /// Whether `name` is the id or an alias, whatever the case.
+    pub fn is(&self, name: &str) -> bool {
+        std::iter::once(&self.id)
+            .chain(self.aliases)
+            .any(|known| known.eq_ignore_ascii_case(name))
+    }
 }

@@ -21,6 +21,7 @@ mod primitive;
 pub mod shapes;
 mod text;
 mod texture;
+mod transform;
 mod view;
 
 pub use build::{BuildReport, CategoryBytes, Scene, Shape};
