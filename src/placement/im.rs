@@ -73,6 +73,7 @@ impl FirstStage for ImageSpace {
             sites,
             found: vec![("adjusted", added as f64)],
             notes: Vec::new(),
+            map: None,
         }
     }
 }

@@ -163,6 +163,7 @@ impl FirstStage for SpatialDirectional {
             sites,
             found,
             notes,
+            map: None,
         }
     }
 

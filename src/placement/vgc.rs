@@ -203,6 +203,7 @@ impl FirstStage for ViewGuided {
             sites,
             found,
             notes,
+            map: None,
         }
     }
 }
