@@ -106,7 +106,8 @@ mod tests {
             let mut last = 0.0;
             for exponent in -30..=38 {
                 let y = curve.apply([10.0_f32.powi(exponent); 3])[0];
-                assert!(y.is_finite() && y >= last, "{curve} at 1e{exponent}: {y}");
+                // Rounding may move the plateau by a few units in the last place.
+                assert!(y.is_finite() && y >= last * (1.0 - 4.0 * f32::EPSILON), "{curve} at 1e{exponent}: {y}");
                 last = y;
             }
         }
