@@ -1,6 +1,7 @@
 use super::ssim::{ChannelPair, WINDOW, window_means};
 
-/// The exponents of the five scales, finest first (Wang et al. 2003).
+/// The exponents of the five scales, finest first (Wang et al. 2003), used as published although
+/// they add up to 1.0001.
 const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
 
 /// Multi-scale SSIM and how many scales the image size allowed.
@@ -15,13 +16,16 @@ pub struct MsSsim {
 ///
 /// Contrast of the finer scales, full SSIM of the coarsest, each raised to its weight; negative
 /// means count as 0. Between scales 2 x 2 blocks are averaged. Images with a side below 161 pixels
-/// use fewer scales, with the remaining weights renormalised.
+/// use fewer scales, with the remaining weights renormalised to 1.
 ///
 /// As pytorch-msssim does, an axis of odd length is preceded by a row or column of zeros before it
 /// is halved.
 pub fn ms_ssim(reference: &[f32], test: &[f32], size: (usize, usize)) -> MsSsim {
     let scales = scale_count(size);
-    let total: f64 = WEIGHTS[..scales].iter().sum();
+    let renormalise = match scales {
+        5 => 1.0,
+        _ => 1.0 / WEIGHTS[..scales].iter().sum::<f64>(),
+    };
     let (mut x, mut y, mut size) = (reference.to_vec(), test.to_vec(), size);
     let mut value = 1.0;
     for (scale, weight) in WEIGHTS[..scales].iter().enumerate() {
@@ -37,7 +41,7 @@ pub fn ms_ssim(reference: &[f32], test: &[f32], size: (usize, usize)) -> MsSsim 
         });
         let last = scale + 1 == scales;
         let mean = if last { means.ssim } else { means.contrast };
-        value *= mean.max(0.0).powf(weight / total);
+        value *= mean.max(0.0).powf(weight * renormalise);
     }
     MsSsim { value, scales }
 }

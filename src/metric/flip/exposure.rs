@@ -3,7 +3,7 @@
 use crate::image::{Image, ToneCurve, luminance};
 
 /// The tone-mapped value that the brightest and the median pixel are brought to.
-const TARGET: f64 = 0.85;
+const TARGET: f32 = 0.85;
 /// Widest range in stops when the median of the reference is black.
 const WIDEST_WITHOUT_MEDIAN: f32 = 16.0;
 /// Widest range in stops otherwise: what half-floats span.
@@ -43,7 +43,7 @@ impl ExposureRange {
             }
         };
         let white = curve.inverse(TARGET);
-        let stops = |y: f32| ((white / f64::from(y)).log2() as f32).clamp(-LARGEST, LARGEST);
+        let stops = |y: f32| (white / y).log2().clamp(-LARGEST, LARGEST);
         let start = stops(brightest);
         Self::new(start, stops(median).clamp(start, start + widest))
     }

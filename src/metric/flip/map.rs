@@ -121,7 +121,7 @@ impl Strip {
         }
         replicate_ends(image.row(0, row), kernels.feature_radius(), &mut padded);
         for value in &mut padded {
-            *value = (*value + 16.0) * (1.0 / 116.0);
+            *value = *value * (1.0 / 116.0) + 16.0 / 116.0;
         }
         let detectors = [&kernels.gaussian, &kernels.edge, &kernels.point];
         for (kernel, out) in detectors.into_iter().zip(&mut self.features) {
