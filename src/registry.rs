@@ -1,9 +1,17 @@
 //! The one table of methods.
 
-use crate::placement::{FirstStage, Refinement, im, sd, vgc};
+use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 
 /// All first stages of placement.
 pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
+
+/// All refinements of placement.
+pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
+
+/// The refinement with this id or alias, in any case.
+pub fn refinement(id: &str) -> Option<&'static RefinementEntry> {
+    REFINEMENTS.iter().find(|entry| entry.about.answers_to(id))
+}
 
 /// The first stage with this id or alias, in any case.
 pub fn first_stage(id: &str) -> Option<&'static FirstStageEntry> {
