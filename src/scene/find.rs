@@ -8,7 +8,10 @@ use super::text::nearest;
 use super::{SceneDescription, SceneError};
 
 /// Name and text of every shipped scene: one line each.
-const SHIPPED: &[(&str, &str)] = &[];
+const SHIPPED: &[(&str, &str)] = &[(
+    "hard-cases",
+    include_str!("../../scenes/hard-cases/scene.toml"),
+)];
 
 /// The environment variable with the search path.
 const PATH_VARIABLE: &str = "LIGHTBENCH_SCENES";

@@ -2,8 +2,8 @@
 
 use super::cie::{FIRST_NM, OBSERVER, STEP_NM};
 use super::element::Element;
+use crate::image::srgb_decode;
 use crate::scene::SceneError;
-use crate::scene::texture::srgb_to_linear;
 
 /// The colour of an element; `bounded` ones (reflectances given as spectra) are clamped to [0, 1].
 ///
@@ -55,7 +55,7 @@ fn srgb(element: &Element) -> Result<[f64; 3], SceneError> {
             _ => return Err(element.error("a colour has one or three numbers")),
         },
     };
-    Ok(coded.map(|v| f64::from(srgb_to_linear(v as f32))))
+    Ok(coded.map(|v| f64::from(srgb_decode(v as f32))))
 }
 
 /// `wavelength:value` pairs, wavelengths (nm) increasing.
