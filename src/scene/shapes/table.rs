@@ -1,0 +1,2 @@
+use super::PartFunction;
+pub const PARTS: &[(&str, PartFunction)] = &[];
