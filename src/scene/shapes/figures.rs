@@ -18,7 +18,7 @@ pub fn seated(cell: f32) -> Mesh {
         }
         let body = seated_body(p, q);
         let whole = blend(body, seated_head(q), 0.03).min(halo(p));
-        blend(lotus, whole, 0.015)
+        blend(lotus, whole, 0.05)
     })
 }
 
@@ -197,7 +197,7 @@ fn robe(p: Vec3) -> f32 {
 
 /// A scarf over both shoulders whose ends hang in front.
 fn shawl(q: Vec3) -> f32 {
-    let weave = 0.004 * fold((q.x * 0.7 + q.y) * 120.0);
+    let weave = 0.0015 * fold((q.x * 0.7 + q.y) * 200.0);
     let collar = limb(q, [0.0, 1.5, -0.13], [0.15, 1.5, -0.02], [0.05, 0.05]);
     let front = limb(q, [0.15, 1.5, -0.02], [0.105, 1.3, 0.17], [0.05, 0.045]);
     let end = limb(q, [0.105, 1.3, 0.17], [0.1, 0.62, 0.255], [0.045, 0.05]);
@@ -228,7 +228,7 @@ fn crown(p: Vec3) -> f32 {
 
 /// An elephant under a saddle cloth, 1.7 m high.
 pub fn elephant(cell: f32) -> Mesh {
-    polygonise([[-0.75, -0.06, -1.2], [0.75, 1.95, 1.35]], cell, |p| {
+    polygonise([[-0.98, -0.06, -1.2], [0.98, 1.95, 1.35]], cell, |p| {
         let q = Vec3::new(p.x.abs(), p.y, p.z);
         let barrel = ellipsoid(q, [0.0, 1.05, -0.25], [0.44, 0.47, 0.75]);
         let rump = ellipsoid(q, [0.0, 1.0, -0.65], [0.38, 0.45, 0.38]);
@@ -240,7 +240,7 @@ pub fn elephant(cell: f32) -> Mesh {
         let legs = front_leg.min(hind_leg);
         let toes = toes(q, [0.24, 0.045, 0.24]).min(toes(q, [0.24, 0.045, -0.68]));
         let legs = blend(legs, toes, 0.02).max(-p.y);
-        let skin = 0.006 * fold(q.y * 48.0 + 2.0 * (q.z * 7.0).sin()) * ramp(q.y, 1.0, 0.7);
+        let skin = 0.0035 * fold(q.y * 85.0 + 2.5 * (q.z * 9.0).sin() + 2.0 * (p.x * 8.0).sin());
         let mut all = blend(body, legs - skin, 0.16);
         all = blend(all, trunk(p), 0.09);
         let eye = ball(q, [0.205, 1.36, 0.79], 0.035);

@@ -61,21 +61,21 @@ fn paving(parameters: &Parameters) -> Mesh {
 }
 
 fn near_seated(parameters: &Parameters) -> Mesh {
-    on_plinth(&seated(parameters.cell(0.0066)), NEAR_SEATED)
+    on_plinth(&seated(parameters.cell(0.0085)), NEAR_SEATED)
 }
 
 fn near_elephant(parameters: &Parameters) -> Mesh {
-    on_plinth(&elephant(parameters.cell(0.0105)), NEAR_ELEPHANT)
+    on_plinth(&elephant(parameters.cell(0.0145)), NEAR_ELEPHANT)
 }
 
 fn standing_row(parameters: &Parameters) -> Mesh {
-    let figure = standing(parameters.cell(0.0088));
+    let figure = standing(parameters.cell(0.0125));
     merged(STANDING.map(|at| on_plinth(&figure, at)))
 }
 
 fn far_figures(parameters: &Parameters) -> Mesh {
-    let buddha = seated(parameters.cell(0.014));
-    let animal = elephant(parameters.cell(0.018));
+    let buddha = seated(parameters.cell(0.02));
+    let animal = elephant(parameters.cell(0.026));
     let large = set_at(&buddha, [0.0; 3], 0.0, 2.4);
     let [left, right, last] = FAR_SEATED;
     merged([
