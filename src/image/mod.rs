@@ -1,4 +1,36 @@
 //! Pixel buffers, image files, colour conversions and tone curves.
+//!
+//! An [`Image`] holds linear RGB. Files are read with [`read`] (always linear) or [`read_coded`]
+//! (the values as stored, with the [`Encoding`] they have), and written with [`write_exr`] (named
+//! layers and provenance) and [`write_png`]. Every write goes to a temporary name beside its place
+//! and is renamed when complete.
+
+mod atomic;
+mod color;
+mod error;
+mod exr_read;
+mod exr_write;
+mod false_color;
+#[cfg(test)]
+mod file_tests;
+mod layer;
+mod png;
+mod read;
+mod resample;
+mod sanitise;
+mod tone;
+
+pub use atomic::write_atomically;
+pub use color::{clamp_unit, decode_srgb, encode_srgb, srgb_decode, srgb_encode, to_display};
+pub use error::ImageError;
+pub use exr_read::{LayeredImage, read_layers};
+pub use exr_write::write_exr;
+pub use false_color::{Palette, false_color};
+pub use layer::{Attributes, Layer, Plane, Samples};
+pub use png::{write_png, write_png_coded};
+pub use read::{Encoding, read, read_coded};
+pub use sanitise::{Sanitised, sanitise};
+pub use tone::{ToneCurve, UnknownToneCurve};
 
 /// A linear RGB image (Rec.709 primaries, scene-referred), row-major, the top left pixel first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,6 +54,15 @@ impl Image {
     /// The pixel in column `x` and row `y`, counted from the top left.
     pub fn at(&self, x: usize, y: usize) -> [f32; 3] {
         self.pixels[y * self.width + x]
+    }
+
+    /// An image of the same size with `change` applied to every pixel.
+    pub fn map(&self, change: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        Self {
+            width: self.width,
+            height: self.height,
+            pixels: self.pixels.iter().map(|&pixel| change(pixel)).collect(),
+        }
     }
 }
 

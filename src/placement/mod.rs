@@ -2,7 +2,18 @@
 //! records already computed. A placement knows nothing of the cached function; it picks shading
 //! points, by index.
 
+mod cones;
+mod cut;
+mod hierarchy;
+pub mod im;
+mod members;
+mod pick;
+mod representative;
+pub mod sd;
+pub mod vgc;
+
 use crate::cache::{RecordSearch, ShadingPoints};
+use crate::registry::ParameterError;
 
 /// Chosen shading points (distinct indices) and what is worth reporting.
 #[derive(Clone, Debug, Default)]
@@ -12,6 +23,8 @@ pub struct Placement {
     pub found: Vec<(&'static str, f64)>,
     /// Shortfalls and fallbacks, a sentence each.
     pub notes: Vec<String>,
+    /// The per-pixel map that guided a refinement, row-major, if it has one.
+    pub map: Option<Vec<f32>>,
 }
 
 /// A distribution that needs geometry only.
@@ -44,9 +57,20 @@ pub trait Refinement: Send + Sync {
 
     /// `count` distinct points that are not yet records, or as many as there are.
     fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement;
+}
 
-    /// The per-pixel map that guided it, row-major in [0, max], if it has one.
-    fn map(&self, _input: &Refinable) -> Option<Vec<f32>> {
-        None
+/// Refuses a parameter that is given but does not fit.
+fn check(
+    table: &toml::Table,
+    key: &str,
+    expected: &str,
+    fits: impl Fn(&toml::Value) -> bool,
+) -> Result<(), ParameterError> {
+    match table.get(key) {
+        Some(value) if !fits(value) => Err(ParameterError {
+            key: Some(key.to_owned()),
+            message: format!("{key} = {value}: expected {expected}"),
+        }),
+        _ => Ok(()),
     }
 }

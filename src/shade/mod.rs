@@ -1,1 +1,3 @@
 //! Scattering, direct light and path tracing: the truths.
+
+pub mod bsdf;

@@ -1,0 +1,62 @@
+use std::path::{Path, PathBuf};
+
+/// Why an image could not be read or written; every text names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The operating system refused to open, read or write the file.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// The first bytes belong to none of the formats that are read.
+    #[error("{path}: neither EXR, Radiance HDR, PNG nor JPEG (told by the first bytes, not by the name)", path = path.display())]
+    UnknownFormat { path: PathBuf },
+    /// The file is damaged, cut short, or uses a feature that is not read.
+    #[error("{path}: cannot decode this {format} file: {reason}", path = path.display())]
+    Decode {
+        path: PathBuf,
+        format: &'static str,
+        reason: String,
+    },
+    /// The file is sound but holds no picture that can be used as RGB.
+    #[error("{path}: no RGB or luminance channels; found: {found}", path = path.display())]
+    NoColor { path: PathBuf, found: String },
+    /// More pixels than [`MAX_PIXELS`]: a damaged header rather than a picture.
+    #[error("{path}: {width}x{height} pixels are more than the {limit} that are read", path = path.display(), limit = MAX_PIXELS)]
+    TooLarge {
+        path: PathBuf,
+        width: usize,
+        height: usize,
+    },
+    /// The picture could not be encoded.
+    #[error("{path}: cannot write: {reason}", path = path.display())]
+    Encode { path: PathBuf, reason: String },
+}
+
+/// The largest number of pixels that is read from a file (16384 x 16384).
+pub(super) const MAX_PIXELS: usize = 1 << 28;
+
+impl ImageError {
+    pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    pub(super) fn decode(path: &Path, format: &'static str, reason: impl ToString) -> Self {
+        Self::Decode {
+            path: path.to_owned(),
+            format,
+            reason: reason.to_string(),
+        }
+    }
+
+    pub(super) fn encode(path: &Path, reason: impl ToString) -> Self {
+        Self::Encode {
+            path: path.to_owned(),
+            reason: reason.to_string(),
+        }
+    }
+}

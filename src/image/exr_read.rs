@@ -1,0 +1,218 @@
+use super::error::MAX_PIXELS;
+use super::exr_write::ATTRIBUTE;
+use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
+use exr::meta::MetaData;
+use exr::meta::attribute::AttributeValue;
+use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::Path;
+
+type Part = exr::prelude::Layer<exr::prelude::AnyChannels<FlatSamples>>;
+
+/// Everything an EXR file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayeredImage {
+    /// In the order of the file: per part, the unnamed layer first, then by name.
+    pub layers: Vec<Layer>,
+    pub attributes: Attributes,
+}
+
+impl LayeredImage {
+    /// The layer of that name, if there is one.
+    pub fn layer(&self, name: &str) -> Option<&Layer> {
+        self.layers.iter().find(|layer| layer.name == name)
+    }
+}
+
+/// Reads every layer of an EXR file (f16, f32 or u32 samples, any compression).
+///
+/// `name.R name.G name.B` becomes a colour layer, any other channel `name.X` a gray one called
+/// `name.X` (or `name` for `Y`); a part's own name comes before that of its channels. The picture
+/// that is read is the data window. Deep data, subsampled channels and damaged files are errors.
+pub fn read_layers(path: &Path) -> Result<LayeredImage, ImageError> {
+    let bytes = std::fs::read(path).map_err(|source| ImageError::io(path, source))?;
+    decode_layers(path, &bytes)
+}
+
+pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, ImageError> {
+    let damaged = |error: exr::error::Error| ImageError::decode(path, "EXR", error);
+    check_headers(path, bytes)?;
+    let file = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(damaged)?;
+    let mut picture = LayeredImage::default();
+    let only_part = file.layer_data.len() == 1;
+    for part in &file.layer_data {
+        let part_name = match &part.attributes.layer_name {
+            Some(name) if !only_part => decode_text(name.as_slice()),
+            _ => String::new(),
+        };
+        picture.layers.extend(layers_of(path, part, &part_name)?);
+        gather_attributes(&mut picture.attributes, part);
+    }
+    Ok(picture)
+}
+
+/// The picture of an EXR file as RGB: the unnamed colour layer, else the first colour layer, else a
+/// luminance layer (`Y`, or the only channel), spread over R, G and B.
+pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
+    let mut layers = decode_layers(path, bytes)?.layers;
+    let is_color = |layer: &Layer| matches!(layer.samples, Samples::Color(_));
+    let stem = |layer: &Layer| layer.name.rsplit('.').next() == Some("Y") || layer.name.is_empty();
+    let chosen = (layers.iter().position(|l| is_color(l) && l.name.is_empty()))
+        .or_else(|| layers.iter().position(is_color))
+        .or_else(|| layers.iter().position(stem))
+        .or((layers.len() == 1).then_some(0));
+    let Some(index) = chosen else {
+        let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
+        return Err(ImageError::NoColor {
+            path: path.to_owned(),
+            found: names.join(", "),
+        });
+    };
+    Ok(match layers.swap_remove(index).samples {
+        Samples::Color(image) => image,
+        Samples::Gray(plane) => Image {
+            width: plane.width,
+            height: plane.height,
+            pixels: plane.values.iter().map(|&value| [value; 3]).collect(),
+        },
+    })
+}
+
+/// Refuses absurd sizes, deep data and subsampled channels before anything is allocated.
+fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(|error| ImageError::decode(path, "EXR", error))?;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        if width
+            .checked_mul(height)
+            .is_none_or(|area| area > MAX_PIXELS)
+        {
+            return Err(ImageError::TooLarge {
+                path: path.to_owned(),
+                width,
+                height,
+            });
+        }
+        if header.deep {
+            return Err(ImageError::decode(path, "EXR", "deep data is not read"));
+        }
+        for channel in &header.channels.list {
+            if channel.sampling.width() != 1 || channel.sampling.height() != 1 {
+                let name = decode_text(channel.name.as_slice());
+                let reason = format!("channel '{name}' is subsampled; save it as full RGB");
+                return Err(ImageError::decode(path, "EXR", reason));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn layers_of(path: &Path, part: &Part, part_name: &str) -> Result<Vec<Layer>, ImageError> {
+    let (width, height) = (part.size.width(), part.size.height());
+    let mut groups: BTreeMap<String, Vec<(String, &AnyChannel<FlatSamples>)>> = BTreeMap::new();
+    for channel in &part.channel_data.list {
+        if channel.sample_data.len() != width * height {
+            return Err(ImageError::decode(path, "EXR", "a channel is incomplete"));
+        }
+        let full = join(part_name, &decode_text(channel.name.as_slice()));
+        let (group, suffix) = full.rsplit_once('.').unwrap_or(("", &full));
+        groups
+            .entry(group.to_owned())
+            .or_default()
+            .push((suffix.to_owned(), channel));
+    }
+    let mut layers = Vec::new();
+    for (group, channels) in groups {
+        let find = |wanted: &str| {
+            let same = |(suffix, _): &&(String, _)| suffix.eq_ignore_ascii_case(wanted);
+            channels.iter().find(same).map(|(_, channel)| *channel)
+        };
+        let color = find("R").zip(find("G")).zip(find("B"));
+        if let Some(((r, g), b)) = color {
+            let image = interleave([r, g, b], (width, height));
+            layers.push(Layer::color(group.clone(), image));
+        }
+        for (suffix, channel) in &channels {
+            if color.is_some()
+                && ["R", "G", "B"]
+                    .iter()
+                    .any(|c| suffix.eq_ignore_ascii_case(c))
+            {
+                continue;
+            }
+            let name = match suffix.as_str() {
+                "Y" => group.clone(),
+                _ => join(&group, suffix),
+            };
+            let values = channel.sample_data.values_as_f32().collect();
+            let plane = Plane {
+                width,
+                height,
+                values,
+            };
+            layers.push(Layer::gray(name, plane));
+        }
+    }
+    Ok(layers)
+}
+
+fn interleave(channels: [&AnyChannel<FlatSamples>; 3], (width, height): (usize, usize)) -> Image {
+    let mut image = Image::new(width, height);
+    for (c, channel) in channels.into_iter().enumerate() {
+        for (pixel, value) in image
+            .pixels
+            .iter_mut()
+            .zip(channel.sample_data.values_as_f32())
+        {
+            pixel[c] = value;
+        }
+    }
+    image
+}
+
+fn join(group: &str, name: &str) -> String {
+    match group {
+        "" => name.to_owned(),
+        _ => format!("{group}.{name}"),
+    }
+}
+
+/// EXR texts are bytes: ours are UTF-8, those of others may be Latin-1.
+fn decode_text(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    }
+}
+
+/// Our own provenance, or the texts and numbers that another program left, sorted by name.
+fn gather_attributes(attributes: &mut Attributes, part: &Part) {
+    let mut foreign = BTreeMap::new();
+    for (name, value) in &part.attributes.other {
+        let value = match value {
+            AttributeValue::Text(text) => Value::from(decode_text(text.as_slice())),
+            AttributeValue::F64(number) => Value::from(*number),
+            AttributeValue::F32(number) => Value::from(*number),
+            AttributeValue::I32(number) => Value::from(*number),
+            _ => continue,
+        };
+        foreign.insert(decode_text(name.as_slice()), value);
+    }
+    if let Some(Value::String(json)) = foreign.get(ATTRIBUTE) {
+        if let Ok(own) = serde_json::from_str::<Attributes>(json) {
+            attributes.extend(own);
+            foreign.remove(ATTRIBUTE);
+        }
+    }
+    attributes.extend(foreign);
+}

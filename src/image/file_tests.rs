@@ -1,0 +1,247 @@
+//! Round trips through every format, and files that are damaged on purpose.
+
+use super::*;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, LayerAttributes, LineOrder,
+    WritableImage, f16,
+};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+fn picture(width: usize, height: usize) -> Image {
+    let mut image = Image::new(width, height);
+    for (i, pixel) in image.pixels.iter_mut().enumerate() {
+        let t = i as f32 / (width * height) as f32;
+        *pixel = [t, (t * 9.0).sin() * 0.5 + 0.5, 1.0 - t];
+    }
+    image
+}
+
+fn scratch(name: &str) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    (folder, path)
+}
+
+fn written(name: &str) -> (TempDir, PathBuf) {
+    let (folder, path) = scratch(name);
+    let image = picture(19, 7);
+    let rgb: Vec<::image::Rgb<f32>> = image.pixels.iter().map(|&p| ::image::Rgb(p)).collect();
+    match path.extension().unwrap().to_str().unwrap() {
+        "exr" => write_exr(&path, &[Layer::color("beauty", image)], &Attributes::new()).unwrap(),
+        "png" => write_png(&path, &image, 0.0).unwrap(),
+        "hdr" => ::image::codecs::hdr::HdrEncoder::new(std::fs::File::create(&path).unwrap())
+            .encode(&rgb, 19, 7)
+            .unwrap(),
+        _ => {
+            let bytes: Vec<u8> = rgb
+                .iter()
+                .flat_map(|p| p.0.map(|v| (v * 255.0) as u8))
+                .collect();
+            ::image::RgbImage::from_raw(19, 7, bytes)
+                .unwrap()
+                .save(&path)
+                .unwrap();
+        }
+    }
+    (folder, path)
+}
+
+#[test]
+fn layers_and_attributes_come_back_bit_for_bit() {
+    let (_folder, path) = scratch("a.exr");
+    let mut odd = picture(5, 3);
+    odd.pixels[0] = [f32::NAN, f32::INFINITY, -1e-40];
+    let flip = Plane {
+        width: 5,
+        height: 3,
+        values: (0..15).map(|i| i as f32).collect(),
+    };
+    let layers = [
+        Layer::color("beauty", odd.clone()),
+        Layer::gray("flip", flip.clone()),
+        Layer::color("error", picture(5, 3)),
+    ];
+    let mut attributes = Attributes::new();
+    attributes.insert("scene".into(), "Treppenhaus – süd".into());
+    attributes.insert("seed".into(), 17.into());
+    attributes.insert("budget".into(), 0.25.into());
+    write_exr(&path, &layers, &attributes).unwrap();
+    let read_back = read_layers(&path).unwrap();
+    assert_eq!(read_back.attributes, attributes);
+    let names: Vec<_> = read_back.layers.iter().map(|l| l.name.as_str()).collect();
+    assert_eq!(names, ["", "error", "flip"]);
+    assert_eq!(
+        read_back.layer("flip").unwrap().samples,
+        Samples::Gray(flip)
+    );
+    assert_eq!(read_back.layer("error"), Some(&layers[2]));
+    let bits = |image: &Image| -> Vec<u32> {
+        image.pixels.iter().flatten().map(|v| v.to_bits()).collect()
+    };
+    assert_eq!(bits(&read(&path).unwrap()), bits(&odd));
+
+    let first = std::fs::read(&path).unwrap();
+    write_exr(&path, &layers, &attributes).unwrap();
+    assert_eq!(
+        std::fs::read(&path).unwrap(),
+        first,
+        "equal input, equal bytes"
+    );
+}
+
+#[test]
+fn wrong_layers_are_refused_and_nothing_is_written() {
+    let (folder, path) = scratch("a.exr");
+    let color = |name: &str, width| Layer::color(name, Image::new(width, 2));
+    let refused = [
+        vec![],
+        vec![color("a", 0)],
+        vec![color("a", 2), color("b", 3)],
+        vec![color("a", 2), color("b", 2), color("b", 2)],
+        vec![color("a", 2), color("", 2)],
+    ];
+    for layers in refused {
+        assert!(
+            write_exr(&path, &layers, &Attributes::new()).is_err(),
+            "{layers:?}"
+        );
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Writes one channel per name with the exr crate itself, as other programs would.
+fn write_foreign(path: &Path, names: &[&str], compression: Compression) {
+    let values: Vec<f16> = (0..64 * 40)
+        .map(|i| f16::from_f32(i as f32 / 512.0))
+        .collect();
+    let channels = names
+        .iter()
+        .map(|&name| AnyChannel::new(name, FlatSamples::F16(values.clone())))
+        .collect();
+    let encoding = exr::prelude::Encoding {
+        compression,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let attributes = LayerAttributes::named("render");
+    let channels = AnyChannels::sort(channels);
+    let layer = exr::prelude::Layer::new((64, 40), attributes, encoding, channels);
+    exr::prelude::Image::from_layer(layer)
+        .write()
+        .to_file(path)
+        .unwrap();
+}
+
+#[test]
+fn foreign_channel_names_and_compressions_are_read() {
+    let (_folder, path) = scratch("foreign.exr");
+    let lossy = [
+        Compression::DWAA(None),
+        Compression::DWAB(None),
+        Compression::PIZ,
+    ];
+    for compression in lossy {
+        for names in [
+            &["R", "G", "B", "A"][..],
+            &["ViewLayer.r", "ViewLayer.g", "ViewLayer.b"],
+        ] {
+            write_foreign(&path, names, compression);
+            let image = read(&path).unwrap();
+            assert_eq!((image.width, image.height), (64, 40));
+            let error = (image.at(63, 39)[1] - 2559.0 / 512.0).abs();
+            assert!(error < 0.1, "{compression:?}: {error}");
+        }
+    }
+    for names in [&["Y"][..], &["depth"], &["AO.Y", "Z"]] {
+        write_foreign(&path, names, Compression::RLE);
+        assert_eq!(
+            read(&path).unwrap().at(3, 1),
+            [67.0 / 512.0; 3],
+            "{names:?}"
+        );
+    }
+    write_foreign(&path, &["U", "V"], Compression::Uncompressed);
+    let message = read(&path).unwrap_err().to_string();
+    assert!(
+        message.contains("U, V") && message.contains("foreign.exr"),
+        "{message}"
+    );
+}
+
+#[test]
+fn display_referred_files_are_told_apart_and_decoded() {
+    let (_folder, path) = written("a.png");
+    let (coded, encoding) = read_coded(&path).unwrap();
+    assert_eq!(encoding, Encoding::Srgb);
+    let linear = read(&path).unwrap();
+    for (i, expected) in picture(19, 7).pixels.iter().enumerate() {
+        for c in 0..3 {
+            assert!((coded.pixels[i][c] - srgb_encode(expected[c])).abs() <= 0.5001 / 255.0);
+            assert_eq!(linear.pixels[i][c], srgb_decode(coded.pixels[i][c]));
+        }
+    }
+    assert_eq!(read_coded(&written("a.jpg").1).unwrap().1, Encoding::Srgb);
+    assert_eq!(read_coded(&written("a.hdr").1).unwrap().1, Encoding::Linear);
+    assert_eq!(read_coded(&written("a.exr").1).unwrap().1, Encoding::Linear);
+}
+
+#[test]
+fn sixteen_bit_and_gray_png_are_read() {
+    let (_folder, path) = scratch("gray.png");
+    let gray = ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(2, 1, vec![0u16, 40000]);
+    gray.unwrap().save(&path).unwrap();
+    let (image, _) = read_coded(&path).unwrap();
+    assert_eq!(image.pixels, vec![[0.0; 3], [40000.0 / 65535.0; 3]]);
+}
+
+#[test]
+fn radiance_values_survive_within_the_shared_exponent() {
+    let (_folder, path) = written("a.hdr");
+    for (read, expected) in read(&path)
+        .unwrap()
+        .pixels
+        .iter()
+        .zip(picture(19, 7).pixels)
+    {
+        let top = expected.iter().fold(0.0_f32, |a, &b| a.max(b));
+        for c in 0..3 {
+            assert!((read[c] - expected[c]).abs() <= top / 128.0 + 1e-6);
+        }
+    }
+}
+
+#[test]
+fn files_cut_short_are_errors_that_name_the_file() {
+    for name in ["a.exr", "a.hdr", "a.png"] {
+        let (_folder, path) = written(name);
+        let bytes = std::fs::read(&path).unwrap();
+        for length in (0..bytes.len() - 12).step_by(7) {
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            match read(&path) {
+                Ok(_) => panic!("{name} cut to {length} of {} bytes was read", bytes.len()),
+                Err(error) => assert!(error.to_string().contains(name), "{error}"),
+            }
+        }
+    }
+    let (_folder, path) = scratch("none.exr");
+    assert!(read(&path).unwrap_err().to_string().contains("none.exr"));
+}
+
+#[test]
+fn damaged_bytes_never_panic() {
+    for name in ["a.exr", "a.hdr", "a.png", "a.jpg"] {
+        let (_folder, path) = written(name);
+        let bytes = std::fs::read(&path).unwrap();
+        for position in 0..bytes.len() {
+            for flip in [0x01, 0x80, 0xff] {
+                let mut damaged = bytes.clone();
+                damaged[position] ^= flip;
+                std::fs::write(&path, &damaged).unwrap();
+                if let Ok(image) = read(&path) {
+                    assert_eq!(image.pixels.len(), image.width * image.height);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,30 @@
+use super::{Image, ImageError, clamp_unit, to_display, write_atomically};
+use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use std::path::Path;
+
+/// Writes a linear image as 8-bit sRGB PNG after scaling by 2^`exposure` and clamping; NaN becomes
+/// black.
+pub fn write_png(path: &Path, linear: &Image, exposure: f32) -> Result<(), ImageError> {
+    write_png_coded(path, &to_display(linear, exposure))
+}
+
+/// Writes values in [0,1] that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
+pub fn write_png_coded(path: &Path, coded: &Image) -> Result<(), ImageError> {
+    let quantise = |value: f32| (clamp_unit(value) * 255.0 + 0.5) as u8;
+    let bytes: Vec<u8> = coded
+        .pixels
+        .iter()
+        .flat_map(|pixel| pixel.map(quantise))
+        .collect();
+    let dimension = |n: usize| u32::try_from(n).map_err(|error| ImageError::encode(path, error));
+    let (width, height) = (dimension(coded.width)?, dimension(coded.height)?);
+    if bytes.len() != coded.width * coded.height * 3 || bytes.is_empty() {
+        let reason = format!("{width}x{height} with {} pixels", coded.pixels.len());
+        return Err(ImageError::encode(path, reason));
+    }
+    write_atomically(path, |writer| {
+        PngEncoder::new(writer)
+            .write_image(&bytes, width, height, ExtendedColorType::Rgb8)
+            .map_err(|error| ImageError::encode(path, error))
+    })
+}

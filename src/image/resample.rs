@@ -1,0 +1,100 @@
+use super::Image;
+
+impl Image {
+    /// The part of `size` (width, height) whose top left pixel is `corner` (x, y), cut at the
+    /// borders; empty when it lies outside.
+    pub fn crop(&self, corner: (usize, usize), size: (usize, usize)) -> Self {
+        let left = corner.0.min(self.width);
+        let top = corner.1.min(self.height);
+        let width = size.0.min(self.width - left);
+        let height = size.1.min(self.height - top);
+        let pixels = (top..top + height)
+            .flat_map(|y| &self.pixels[y * self.width + left..][..width])
+            .copied()
+            .collect();
+        Self {
+            width,
+            height,
+            pixels,
+        }
+    }
+
+    /// The image at another size, each pixel taken from the nearest one; for magnified insets.
+    ///
+    /// An image without pixels gives a black one.
+    pub fn resize_nearest(&self, width: usize, height: usize) -> Self {
+        let mut resized = Self::new(width, height);
+        if self.pixels.is_empty() {
+            return resized;
+        }
+        for y in 0..height {
+            for x in 0..width {
+                let source = (x * self.width / width, y * self.height / height);
+                resized.pixels[y * width + x] = self.at(source.0, source.1);
+            }
+        }
+        resized
+    }
+
+    /// The image reduced by a whole factor, each pixel the mean of its `factor x factor` block;
+    /// blocks at the right and bottom border may be smaller. A factor of 0 counts as 1.
+    pub fn box_downsample(&self, factor: usize) -> Self {
+        let factor = factor.max(1);
+        let mut reduced = Self::new(self.width.div_ceil(factor), self.height.div_ceil(factor));
+        for y in 0..reduced.height {
+            for x in 0..reduced.width {
+                let block = self.crop((x * factor, y * factor), (factor, factor));
+                let mut sum = [0.0_f64; 3];
+                for pixel in &block.pixels {
+                    for (total, &value) in sum.iter_mut().zip(pixel) {
+                        *total += f64::from(value);
+                    }
+                }
+                let count = block.pixels.len() as f64;
+                reduced.pixels[y * reduced.width + x] = sum.map(|total| (total / count) as f32);
+            }
+        }
+        reduced
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(width: usize, height: usize) -> Image {
+        let pixels = (0..width * height).map(|i| [i as f32; 3]).collect();
+        Image {
+            width,
+            height,
+            pixels,
+        }
+    }
+
+    #[test]
+    fn crop_is_cut_at_the_border() {
+        let part = ramp(4, 3).crop((2, 1), (10, 10));
+        assert_eq!((part.width, part.height), (2, 2));
+        assert_eq!(part.at(0, 0)[0], 6.0);
+        assert_eq!(part.at(1, 1)[0], 11.0);
+        assert!(ramp(4, 3).crop((9, 9), (1, 1)).pixels.is_empty());
+    }
+
+    #[test]
+    fn nearest_magnifies_in_blocks_and_downsampling_undoes_it() {
+        let image = ramp(3, 2);
+        let large = image.resize_nearest(9, 6);
+        assert_eq!(large.at(2, 2), image.at(0, 0));
+        assert_eq!(large.at(8, 5), image.at(2, 1));
+        assert_eq!(large.box_downsample(3), image);
+        assert_eq!(Image::default().resize_nearest(2, 1), Image::new(2, 1));
+    }
+
+    #[test]
+    fn downsampling_averages_partial_blocks() {
+        let reduced = ramp(3, 1).box_downsample(2);
+        assert_eq!(reduced.width, 2);
+        assert_eq!(reduced.at(0, 0)[0], 0.5);
+        assert_eq!(reduced.at(1, 0)[0], 2.0);
+    }
+}
