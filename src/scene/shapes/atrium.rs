@@ -8,7 +8,7 @@ use super::kit::{
     CREASE_DEG, Opening, bevelled_box, cuboid, curve, cylinder, jitter, lathe, lattice, merged,
     moved, placed, set_at, shade, sheet, smooth_profile, strip_solid, sweep, torus, wall,
 };
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
@@ -50,16 +50,19 @@ fn tiles(parameters: &Parameters, odd: bool) -> Mesh {
     let columns = (WALL_X * 2.0 / size).round() as i64;
     let rows = ((FRONT_Z - BACK_Z) / size).round() as i64;
     let all = (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
-    merged(all.filter(|(i, j)| ((i + j) % 2 == 1) == odd).map(|(i, j)| {
-        let (x, z) = (-WALL_X + i as f64 * size, FRONT_Z - j as f64 * size);
-        let lift = jitter(parameters.seed, (i * 4096 + j) as u64, [-0.0015, 0.0015]);
-        let gap = 0.004;
-        bevelled_box(
-            [x + gap, -0.03, z - size + gap],
-            [x + size - gap, lift, z - gap],
-            0.004,
-        )
-    }))
+    merged(
+        all.filter(|(i, j)| ((i + j) % 2 == 1) == odd)
+            .map(|(i, j)| {
+                let (x, z) = (-WALL_X + i as f64 * size, FRONT_Z - j as f64 * size);
+                let lift = jitter(parameters.seed, (i * 4096 + j) as u64, [-0.0015, 0.0015]);
+                let gap = 0.004;
+                bevelled_box(
+                    [x + gap, -0.03, z - size + gap],
+                    [x + size - gap, lift, z - gap],
+                    0.004,
+                )
+            }),
+    )
 }
 
 fn light_tiles(parameters: &Parameters) -> Mesh {
@@ -74,7 +77,10 @@ fn dark_tiles(parameters: &Parameters) -> Mesh {
 fn slab(_: &Parameters) -> Mesh {
     let gallery = |side: f64| {
         let (a, b) = (side * (ROW_X - 0.35), side * WALL_X);
-        cuboid([a.min(b), GALLERY - 0.3, BACK_Z], [a.max(b), GALLERY, FRONT_Z])
+        cuboid(
+            [a.min(b), GALLERY - 0.3, BACK_Z],
+            [a.max(b), GALLERY, FRONT_Z],
+        )
     };
     merged([
         cuboid([-WALL_X, -0.3, BACK_Z], [WALL_X, -0.008, FRONT_Z]),
@@ -135,7 +141,7 @@ fn fluted(radius: f64, flutes: usize, rows: usize, per_flute: usize) -> Mesh {
 
 /// Base, fluted shaft, capital with leaves and abacus.
 fn column(parameters: &Parameters, radius: f64, height: f64) -> Mesh {
-    let round = parameters.steps(48);
+    let round = parameters.steps(30);
     let base = lathe(
         &smooth_profile(
             &[
@@ -155,9 +161,13 @@ fn column(parameters: &Parameters, radius: f64, height: f64) -> Mesh {
         ),
         round,
     );
-    let plinth = bevelled_box([-1.5 * radius, 0.0, -1.5 * radius], [1.5 * radius, 0.07, 1.5 * radius], 0.01);
+    let plinth = bevelled_box(
+        [-1.5 * radius, 0.0, -1.5 * radius],
+        [1.5 * radius, 0.07, 1.5 * radius],
+        0.01,
+    );
     let (foot, cap) = (0.28, 0.5);
-    let shaft = fluted(radius, 20, parameters.steps(10), parameters.steps(6));
+    let shaft = fluted(radius, 20, parameters.steps(6), parameters.steps(5));
     let shaft = placed(
         &shaft,
         DMat4::from_translation(DVec3::new(0.0, foot, 0.0))
@@ -180,10 +190,16 @@ fn column(parameters: &Parameters, radius: f64, height: f64) -> Mesh {
         ),
         round,
     );
-    let abacus = bevelled_box([-1.42 * radius, 0.42, -1.42 * radius], [1.42 * radius, 0.5, 1.42 * radius], 0.015);
-    let leaves = merged((0..2).flat_map(|row| {
-        (0..8).map(move |k| (row, k))
-    }).map(|(row, k)| leaf(parameters, radius, row, k)));
+    let abacus = bevelled_box(
+        [-1.42 * radius, 0.42, -1.42 * radius],
+        [1.42 * radius, 0.5, 1.42 * radius],
+        0.015,
+    );
+    let leaves = merged(
+        (0..2)
+            .flat_map(|row| (0..8).map(move |k| (row, k)))
+            .map(|(row, k)| leaf(parameters, radius, row, k)),
+    );
     let capital = moved(&merged([bell, abacus, leaves]), [0.0, height - cap, 0.0]);
     merged([plinth, base, shaft, capital])
 }
@@ -193,20 +209,28 @@ fn leaf(parameters: &Parameters, radius: f64, row: usize, k: usize) -> Mesh {
     let low = 0.08 + 0.1 * row as f64;
     let tall = 0.17 + 0.04 * row as f64;
     let turn_rad = TAU * (k as f64 + 0.5 * row as f64) / 8.0;
-    let blade = sheet([parameters.steps(7), parameters.steps(10)], 0.008, |u, v| {
+    let blade = sheet([parameters.steps(5), parameters.steps(8)], 0.008, |u, v| {
         let width = radius * 0.34 * (1.0 - 0.75 * v.powi(3)) * (1.0 + 0.12 * (v * 22.0).sin());
         let across = (u - 0.5) * 2.0;
         let curl = (v - 0.72).max(0.0);
         let out = radius * (0.86 + 0.2 * v + 0.09 * row as f64) + 1.6 * curl * radius
             - 0.012 * across.abs();
-        DVec3::new(across * width, low + tall * v - 2.2 * tall * curl * curl * 2.0, out)
+        DVec3::new(
+            across * width,
+            low + tall * v - 2.2 * tall * curl * curl * 2.0,
+            out,
+        )
     });
     placed(&blade, DMat4::from_rotation_y(turn_rad))
 }
 
 fn columns(parameters: &Parameters) -> Mesh {
     let lower = column(parameters, 0.25, SPRING);
-    let upper = column(parameters, 0.13, 2.6);
+    let coarse = Parameters {
+        detail: parameters.detail * 0.55,
+        ..*parameters
+    };
+    let upper = column(&coarse, 0.13, 2.6);
     let mut pieces = Vec::new();
     for i in 0..=BAYS {
         for side in [-1.0, 1.0] {
@@ -230,7 +254,10 @@ fn arch(parameters: &Parameters, size: [f64; 4]) -> Mesh {
     }));
     lower.push(DVec2::new(half + pier, 0.0));
     let upper: Vec<DVec2> = lower.iter().map(|p| DVec2::new(p.x, height)).collect();
-    let body = moved(&strip_solid(&lower, &upper, thickness), [0.0, 0.0, -thickness * 0.5]);
+    let body = moved(
+        &strip_solid(&lower, &upper, thickness),
+        [0.0, 0.0, -thickness * 0.5],
+    );
     let path: Vec<DVec3> = (0..=steps)
         .map(|i| {
             let angle_rad = PI * (1.0 - i as f64 / steps as f64);
@@ -239,13 +266,16 @@ fn arch(parameters: &Parameters, size: [f64; 4]) -> Mesh {
         })
         .collect();
     let section = [[-0.05, -0.5], [0.05, -0.5], [0.05, 0.5], [-0.05, 0.5]]
-        .map(|[a, b]| DVec2::new(b * (thickness + 0.08), a));
+        .map(|[a, b]| DVec2::new(b * (thickness + 0.08), -a));
     merged([body, sweep(&path, &section, false)])
 }
 
 fn arches(parameters: &Parameters) -> Mesh {
     let turn = PI * 0.5;
-    let lower = arch(parameters, [PITCH - 0.56, 0.28, GALLERY - 0.3 - SPRING, 0.5]);
+    let lower = arch(
+        parameters,
+        [PITCH - 0.56, 0.28, GALLERY - 0.3 - SPRING, 0.5],
+    );
     let upper_spring = GALLERY + 0.24 + 2.6;
     let upper = arch(parameters, [PITCH - 0.3, 0.15, TOP - upper_spring, 0.3]);
     let mut pieces = Vec::new();
@@ -253,7 +283,8 @@ fn arches(parameters: &Parameters) -> Mesh {
         let z = column_z(i) - PITCH * 0.5;
         for side in [-1.0, 1.0] {
             let place = |y: f64| {
-                DMat4::from_translation(DVec3::new(side * ROW_X, y, z)) * DMat4::from_rotation_y(turn)
+                DMat4::from_translation(DVec3::new(side * ROW_X, y, z))
+                    * DMat4::from_rotation_y(turn)
             };
             pieces.push(placed(&lower, place(SPRING)));
             pieces.push(placed(&upper, place(upper_spring)));
@@ -264,16 +295,36 @@ fn arches(parameters: &Parameters) -> Mesh {
 
 /// Mouldings along the court, the gallery's kerb and the heads of the side walls.
 fn cornices(_: &Parameters) -> Mesh {
-    let section = [[0.0, -0.2], [0.1, -0.2], [0.14, -0.12], [0.2, -0.08], [0.24, 0.0], [0.24, 0.06], [0.0, 0.06]];
+    let section = [
+        [0.0, -0.2],
+        [0.1, -0.2],
+        [0.14, -0.12],
+        [0.2, -0.08],
+        [0.24, 0.0],
+        [0.24, 0.06],
+        [0.0, 0.06],
+    ];
     let run = |x: f64, y: f64, side: f64| {
         // Towards the court: left of the path for the right-hand side.
         let points = section.map(|[a, b]| DVec2::new(a, b));
-        let (from, to) = if side > 0.0 { (FRONT_Z, BACK_Z) } else { (BACK_Z, FRONT_Z) };
-        sweep(&[DVec3::new(x, y, from), DVec3::new(x, y, to)], &points, false)
+        let (from, to) = if side > 0.0 {
+            (FRONT_Z, BACK_Z)
+        } else {
+            (BACK_Z, FRONT_Z)
+        };
+        sweep(
+            &[DVec3::new(x, y, from), DVec3::new(x, y, to)],
+            &points,
+            false,
+        )
     };
     let kerb = |side: f64| {
         let (a, b) = (side * (ROW_X - 0.2), side * (ROW_X + 0.2));
-        bevelled_box([a.min(b), GALLERY, BACK_Z], [a.max(b), GALLERY + 0.25, FRONT_Z], 0.02)
+        bevelled_box(
+            [a.min(b), GALLERY, BACK_Z],
+            [a.max(b), GALLERY + 0.25, FRONT_Z],
+            0.02,
+        )
     };
     merged([-1.0, 1.0].into_iter().flat_map(|side| {
         [
@@ -291,21 +342,25 @@ fn curtain(parameters: &Parameters, key: u64) -> Mesh {
     let drop = 2.15;
     let phase = jitter(parameters.seed, key, [0.0, TAU]);
     let pleats = 9.0;
-    sheet([parameters.steps(96), parameters.steps(30)], 0.006, |u, v| {
-        // v = 0 at the hem.
-        let gather = (-((v - 0.42) / 0.16).powi(2)).exp();
-        let spread = 1.0 - 0.62 * gather;
-        let bend = 0.25 * (TAU * u + phase).sin() * (1.0 - v);
-        let depth = (0.035 + 0.03 * (1.0 - v)) * (1.0 - 0.35 * gather);
-        let wave = (TAU * pleats * u + phase + bend).sin()
-            + 0.3 * (TAU * pleats * 2.0 * u + 2.0 * phase).sin() * (1.0 - v);
-        let sag = 0.02 * (TAU * pleats * u).cos().powi(2) * v.powi(24);
-        DVec3::new(
-            width * (u * spread) - 0.08 * gather * (1.0 - u),
-            drop * v - sag,
-            depth * wave,
-        )
-    })
+    sheet(
+        [parameters.steps(72), parameters.steps(18)],
+        0.006,
+        |u, v| {
+            // v = 0 at the hem.
+            let gather = (-((v - 0.42) / 0.16).powi(2)).exp();
+            let spread = 1.0 - 0.62 * gather;
+            let bend = 0.25 * (TAU * u + phase).sin() * (1.0 - v);
+            let depth = (0.035 + 0.03 * (1.0 - v)) * (1.0 - 0.35 * gather);
+            let wave = (TAU * pleats * u + phase + bend).sin()
+                + 0.3 * (TAU * pleats * 2.0 * u + 2.0 * phase).sin() * (1.0 - v);
+            let sag = 0.02 * (TAU * pleats * u).cos().powi(2) * v.powi(24);
+            DVec3::new(
+                width * (u * spread) - 0.08 * gather * (1.0 - u),
+                drop * v - sag,
+                depth * wave,
+            )
+        },
+    )
 }
 
 fn curtains(parameters: &Parameters, red: bool) -> Mesh {
@@ -361,7 +416,7 @@ fn rails(parameters: &Parameters) -> Mesh {
 
 /// Where lanterns hang, and how deep: (x, y of the hook, z, links).
 const HANGING: [[f64; 4]; 5] = [
-    [-0.75, 6.6, 0.55, 52.0],
+    [-0.85, 6.6, -0.4, 46.0],
     [1.3, 6.9, -3.2, 50.0],
     [-1.2, 6.9, -8.4, 50.0],
     [1.2, 6.9, -13.6, 50.0],
@@ -379,7 +434,11 @@ fn chains(parameters: &Parameters) -> Mesh {
             DVec3::new(0.026 * c, 0.018 * s.signum() + 0.026 * s, 0.0)
         })
         .collect();
-    let link = sweep(&path, &super::kit::circle(0.0085, parameters.steps(8)), true);
+    let link = sweep(
+        &path,
+        &super::kit::circle(0.0085, parameters.steps(8)),
+        true,
+    );
     let mut pieces = Vec::new();
     for [x, y, z, count] in HANGING {
         for i in 0..count as usize {
@@ -387,9 +446,40 @@ fn chains(parameters: &Parameters) -> Mesh {
             pieces.push(set_at(&link, [x, y - LINK * i as f64, z], turn_deg, 1.0));
         }
         let (reach, high) = (ROW_X + 0.05, y + 0.03);
-        pieces.push(bevelled_box([-reach, high, z - 0.04], [reach, high + 0.1, z + 0.04], 0.01));
+        pieces.push(bevelled_box(
+            [-reach, high, z - 0.04],
+            [reach, high + 0.1, z + 0.04],
+            0.01,
+        ));
     }
+    pieces.push(swag(&link, column_z(0) - PITCH, 4.3));
+    pieces.push(swag(&link, column_z(0) - 3.0 * PITCH, 4.3));
     merged(pieces)
+}
+
+/// A heavy chain that sags across the court at `z` between hooks on the columns at height `y`.
+fn swag(link: &Mesh, z: f64, y: f64) -> Mesh {
+    let scale = 2.0;
+    let pitch = LINK * scale;
+    let reach = ROW_X - 0.3;
+    // A catenary y = a cosh(x / a), walked by arc length.
+    let a = 3.4;
+    let total = 2.0 * a * (reach / a).sinh();
+    let count = (total / pitch).round() as usize;
+    merged((0..=count).map(|i| {
+        let along = (i as f64 / count as f64 - 0.5) * total;
+        let x = a * (along / a).asinh();
+        let drop = a * ((x / a).cosh() - (reach / a).cosh());
+        let tangent = DVec3::new(1.0, (x / a).sinh(), 0.0);
+        let turn_rad = if i % 2 == 0 { 0.3 } else { 0.3 + PI * 0.5 };
+        placed(
+            link,
+            DMat4::from_translation(DVec3::new(x, y + drop, z))
+                * super::kit::y_towards(tangent)
+                * DMat4::from_rotation_y(turn_rad)
+                * DMat4::from_scale(DVec3::splat(scale)),
+        )
+    }))
 }
 
 fn lantern_spots() -> impl Iterator<Item = [f64; 3]> {
@@ -403,17 +493,38 @@ fn lanterns(parameters: &Parameters) -> Mesh {
     let round = parameters.steps(30);
     let roof = lathe(
         &smooth_profile(
-            &[[0.0, -0.14], [0.16, -0.14], [0.17, -0.125], [0.05, -0.05], [0.02, -0.02], [0.0, -0.01]],
+            &[
+                [0.0, -0.14],
+                [0.16, -0.14],
+                [0.17, -0.125],
+                [0.05, -0.05],
+                [0.02, -0.02],
+                [0.0, -0.01],
+            ],
             parameters.steps(4),
         ),
         round,
     );
     let dish = lathe(
-        &smooth_profile(&[[0.0, -0.56], [0.06, -0.55], [0.13, -0.5], [0.13, -0.485], [0.0, -0.49]], 4),
+        &smooth_profile(
+            &[
+                [0.0, -0.56],
+                [0.06, -0.55],
+                [0.13, -0.5],
+                [0.13, -0.485],
+                [0.0, -0.49],
+            ],
+            4,
+        ),
         round,
     );
     let rib = curve(
-        &[[0.14, -0.13, 0.0], [0.18, -0.25, 0.0], [0.165, -0.4, 0.0], [0.12, -0.5, 0.0]],
+        &[
+            [0.14, -0.13, 0.0],
+            [0.18, -0.25, 0.0],
+            [0.165, -0.4, 0.0],
+            [0.12, -0.5, 0.0],
+        ],
         parameters.steps(5),
     );
     let bars = (0..8).map(|k| {
@@ -427,7 +538,16 @@ fn lanterns(parameters: &Parameters) -> Mesh {
 
 fn flames(parameters: &Parameters) -> Mesh {
     let drop = lathe(
-        &smooth_profile(&[[0.0, 0.0], [0.045, 0.03], [0.05, 0.08], [0.02, 0.16], [0.0, 0.2]], 5),
+        &smooth_profile(
+            &[
+                [0.0, 0.0],
+                [0.045, 0.03],
+                [0.05, 0.08],
+                [0.02, 0.16],
+                [0.0, 0.2],
+            ],
+            5,
+        ),
         parameters.steps(24),
     );
     merged(lantern_spots().map(|[x, y, z]| moved(&drop, [x, y - 0.48, z])))
@@ -435,8 +555,8 @@ fn flames(parameters: &Parameters) -> Mesh {
 
 /// Large jars along both rows and two tall ones near the camera.
 fn vases(parameters: &Parameters) -> Mesh {
-    let round = parameters.steps(64);
-    let smooth = parameters.steps(5);
+    let round = parameters.steps(40);
+    let smooth = parameters.steps(4);
     let jar = lathe(
         &smooth_profile(
             &[
@@ -459,7 +579,13 @@ fn vases(parameters: &Parameters) -> Mesh {
     );
     let ear = super::kit::tube(
         &curve(
-            &[[0.13, 0.72, 0.0], [0.26, 0.76, 0.0], [0.33, 0.66, 0.0], [0.27, 0.52, 0.0], [0.22, 0.5, 0.0]],
+            &[
+                [0.13, 0.72, 0.0],
+                [0.26, 0.76, 0.0],
+                [0.33, 0.66, 0.0],
+                [0.27, 0.52, 0.0],
+                [0.22, 0.5, 0.0],
+            ],
             parameters.steps(7),
         ),
         0.02,

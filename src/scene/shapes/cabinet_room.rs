@@ -9,7 +9,7 @@ use super::kit::{
     Opening, bevelled_box, capsule, cuboid, curve, cylinder, jitter, lathe, merged, moved, placed,
     set_at, sheet, smooth_profile, torus, tube, wall,
 };
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
@@ -32,6 +32,7 @@ pub const PARTS: &[(&str, PartFunction)] = &[
     ("lamp", lamp),
     ("lamp-glow", lamp_glow),
     ("stools", stools),
+    ("table", table),
 ];
 
 /// The room: x = ±2.3, z from -2.2 (the kitchen wall) to 3.2, 2.6 m high.
@@ -57,7 +58,11 @@ fn floor(_: &Parameters) -> Mesh {
     merged([bed].into_iter().chain(all.map(|(i, j)| {
         let (x, z) = (-ROOM_X + i as f64 * size, BACK_Z + j as f64 * size);
         let (right, front) = ((x + size).min(ROOM_X), (z + size).min(FRONT_Z));
-        bevelled_box([x + GAP, -0.02, z + GAP], [right - GAP, 0.0, front - GAP], 0.002)
+        bevelled_box(
+            [x + GAP, -0.02, z + GAP],
+            [right - GAP, 0.0, front - GAP],
+            0.002,
+        )
     })))
 }
 
@@ -79,13 +84,22 @@ fn walls(_: &Parameters) -> Mesh {
     merged([
         left,
         cuboid([ROOM_X, 0.0, BACK_Z], [ROOM_X + 0.2, HEIGHT, FRONT_Z]),
-        cuboid([-ROOM_X - 0.25, 0.0, BACK_Z - 0.2], [ROOM_X + 0.2, HEIGHT, BACK_Z]),
-        cuboid([-ROOM_X - 0.25, 0.0, FRONT_Z], [ROOM_X + 0.2, HEIGHT, FRONT_Z + 0.2]),
+        cuboid(
+            [-ROOM_X - 0.25, 0.0, BACK_Z - 0.2],
+            [ROOM_X + 0.2, HEIGHT, BACK_Z],
+        ),
+        cuboid(
+            [-ROOM_X - 0.25, 0.0, FRONT_Z],
+            [ROOM_X + 0.2, HEIGHT, FRONT_Z + 0.2],
+        ),
     ])
 }
 
 fn ceiling(_: &Parameters) -> Mesh {
-    cuboid([-ROOM_X - 0.25, HEIGHT, BACK_Z - 0.2], [ROOM_X + 0.2, HEIGHT + 0.2, FRONT_Z + 0.2])
+    cuboid(
+        [-ROOM_X - 0.25, HEIGHT, BACK_Z - 0.2],
+        [ROOM_X + 0.2, HEIGHT + 0.2, FRONT_Z + 0.2],
+    )
 }
 
 /// Bricks of glazed tile in running bond between worktop and wall cabinets.
@@ -124,17 +138,26 @@ fn is_open(i: usize) -> bool {
 }
 
 fn carcasses(_: &Parameters) -> Mesh {
-    let mut pieces = vec![cuboid([-ROOM_X, 0.0, BACK_Z], [ROOM_X, PLINTH, BASE_Z - 0.06])];
+    let mut pieces = vec![cuboid(
+        [-ROOM_X, 0.0, BACK_Z],
+        [ROOM_X, PLINTH, BASE_Z - 0.06],
+    )];
     for i in 0..8 {
         let x = [unit_x(i) + 0.001, unit_x(i + 1) - 0.001];
-        pieces.push(cuboid([x[0], PLINTH, BACK_Z], [x[1], TOP - 0.04, BASE_Z - 0.022]));
+        pieces.push(cuboid(
+            [x[0], PLINTH, BACK_Z],
+            [x[1], TOP - 0.04, BASE_Z - 0.022],
+        ));
         if !is_open(i) {
             pieces.push(cuboid([x[0], 1.44, BACK_Z], [x[1], 2.3, UPPER_Z - 0.022]));
         }
     }
     let tall = [ROOM_X - 0.62, ROOM_X];
-    pieces.push(cuboid([tall[0], 0.1, 0.4], [tall[1] - 0.002, 2.3, 1.6]));
-    pieces.push(cuboid([tall[0] + 0.05, 0.0, 0.42], [tall[1] - 0.002, 0.1, 1.58]));
+    pieces.push(cuboid([tall[0], 0.1, -1.1], [tall[1] - 0.002, 2.3, 0.1]));
+    pieces.push(cuboid(
+        [tall[0] + 0.05, 0.0, -1.08],
+        [tall[1] - 0.002, 0.1, 0.08],
+    ));
     merged(pieces)
 }
 
@@ -174,7 +197,8 @@ const DOOR_OPEN_DEG: f64 = -38.0;
 const OPEN_DOOR: usize = 2;
 
 fn tall_unit() -> DMat4 {
-    DMat4::from_translation(DVec3::new(ROOM_X - 0.64, 0.0, 1.0)) * DMat4::from_rotation_y(-PI * 0.5)
+    DMat4::from_translation(DVec3::new(ROOM_X - 0.62, 0.0, -0.5))
+        * DMat4::from_rotation_y(-PI * 0.5)
 }
 
 fn hinge(i: usize) -> DMat4 {
@@ -193,7 +217,11 @@ fn fronts(_: &Parameters) -> Mesh {
                 let pull = drawer_pull(i, row);
                 pieces.push(front([x0, y0], [x1, y1], BASE_Z + pull));
                 if pull > 0.0 {
-                    pieces.push(open_drawer([x0 + 0.02, x1 - 0.02], [y0 + 0.03, y1 - 0.06], pull));
+                    pieces.push(open_drawer(
+                        [x0 + 0.02, x1 - 0.02],
+                        [y0 + 0.03, y1 - 0.06],
+                        pull,
+                    ));
                 }
             }
         } else if i != 5 {
@@ -201,7 +229,11 @@ fn fronts(_: &Parameters) -> Mesh {
         }
         if !is_open(i) {
             let door = front([x0, 1.44], [x1, 2.3], UPPER_Z);
-            pieces.push(if i == OPEN_DOOR { placed(&door, hinge(i)) } else { door });
+            pieces.push(if i == OPEN_DOOR {
+                placed(&door, hinge(i))
+            } else {
+                door
+            });
         }
     }
     for (x, y) in [(-0.6, 0.1), (0.0, 0.1), (-0.6, 1.25), (0.0, 1.25)] {
@@ -217,7 +249,10 @@ fn open_drawer(x: [f64; 2], y: [f64; 2], pull: f64) -> Mesh {
     merged([
         cuboid([x[0], y[0], z[0]], [x[0] + 0.014, y[1], z[1]]),
         cuboid([x[1] - 0.014, y[0], z[0]], [x[1], y[1], z[1]]),
-        cuboid([x[0] + 0.014, y[0], z[0]], [x[1] - 0.014, y[0] + 0.01, z[1]]),
+        cuboid(
+            [x[0] + 0.014, y[0], z[0]],
+            [x[1] - 0.014, y[0] + 0.01, z[1]],
+        ),
     ])
 }
 
@@ -227,7 +262,12 @@ fn handle(parameters: &Parameters, length: f64) -> Mesh {
     let round = parameters.steps(16);
     let post = |x: f64| capsule([x, 0.0, -0.002], [x, 0.0, 0.032], [0.0035, 0.0035], round);
     merged([
-        capsule([-half, 0.0, 0.032], [half, 0.0, 0.032], [0.004, 0.004], round),
+        capsule(
+            [-half, 0.0, 0.032],
+            [half, 0.0, 0.032],
+            [0.004, 0.004],
+            round,
+        ),
         post(-half * 0.8),
         post(half * 0.8),
     ])
@@ -250,7 +290,11 @@ fn handles(parameters: &Parameters) -> Mesh {
         }
         if !is_open(i) {
             let grip = moved(&upright, [edge, 1.6, UPPER_Z]);
-            pieces.push(if i == OPEN_DOOR { placed(&grip, hinge(i)) } else { grip });
+            pieces.push(if i == OPEN_DOOR {
+                placed(&grip, hinge(i))
+            } else {
+                grip
+            });
         }
     }
     for (x, y) in [(-0.035, 1.05), (0.035, 1.05), (-0.035, 1.45), (0.035, 1.45)] {
@@ -272,8 +316,16 @@ fn worktop(_: &Parameters) -> Mesh {
     let slab = wall([ROOM_X * 2.0, BASE_Z + 0.03 - BACK_Z], 0.04, &[hole]);
     let lying = DMat4::from_translation(DVec3::new(-ROOM_X, TOP - 0.04, BASE_Z + 0.03))
         * DMat4::from_rotation_x(-PI * 0.5);
-    let strip = bevelled_box([-ROOM_X, TOP - 0.001, BACK_Z], [ROOM_X, TOP + 0.012, BACK_Z + 0.016], 0.004);
-    let board = bevelled_box([-1.75, TOP, BASE_Z - 0.42], [-1.33, TOP + 0.022, BASE_Z - 0.12], 0.006);
+    let strip = bevelled_box(
+        [-ROOM_X, TOP - 0.001, BACK_Z],
+        [ROOM_X, TOP + 0.012, BACK_Z + 0.016],
+        0.004,
+    );
+    let board = bevelled_box(
+        [-1.75, TOP, BASE_Z - 0.42],
+        [-1.33, TOP + 0.022, BASE_Z - 0.12],
+        0.006,
+    );
     merged([placed(&slab, lying), strip, board])
 }
 
@@ -283,7 +335,11 @@ fn sink_and_tap(parameters: &Parameters) -> Mesh {
     let floor_y = TOP - 0.032;
     let rim = 0.012;
     let bar = |x: [f64; 2], z: [f64; 2]| {
-        bevelled_box([x[0], floor_y - 0.006, z[0]], [x[1], TOP + 0.004, z[1]], 0.0025)
+        bevelled_box(
+            [x[0], floor_y - 0.006, z[0]],
+            [x[1], TOP + 0.004, z[1]],
+            0.0025,
+        )
     };
     let basin = merged([
         bar([x[0] - rim, x[0] + rim], [z[0] - rim, z[1] + rim]),
@@ -294,7 +350,10 @@ fn sink_and_tap(parameters: &Parameters) -> Mesh {
     ]);
     let round = parameters.steps(24);
     let centre = (x[0] + x[1]) * 0.5;
-    let drain = moved(&torus(0.03, 0.004, [round, 8]), [centre, TOP - depth, (z[0] + z[1]) * 0.5]);
+    let drain = moved(
+        &torus(0.03, 0.004, [round, 8]),
+        [centre, TOP - depth, (z[0] + z[1]) * 0.5],
+    );
     let spout = tube(
         &curve(
             &[
@@ -311,7 +370,8 @@ fn sink_and_tap(parameters: &Parameters) -> Mesh {
     );
     let foot = cylinder(0.026, 0.05, 0.004, round);
     let lever = capsule([0.0, 0.05, 0.0], [0.02, 0.1, 0.02], [0.006, 0.004], 12);
-    let valves = [-0.09, 0.09].map(|dx| moved(&merged([foot.clone(), lever.clone()]), [dx, 0.0, 0.0]));
+    let valves =
+        [-0.09, 0.09].map(|dx| moved(&merged([foot.clone(), lever.clone()]), [dx, 0.0, 0.0]));
     let bridge = capsule([-0.09, 0.03, 0.0], [0.09, 0.03, 0.0], [0.009, 0.009], 14);
     let tap = merged([foot, spout, bridge].into_iter().chain(valves));
     merged([basin, drain, moved(&tap, [centre, TOP, z[0] - 0.05])])
@@ -322,18 +382,42 @@ fn stove(parameters: &Parameters) -> Mesh {
     let (x0, x1) = (unit_x(5), unit_x(6));
     let centre = (x0 + x1) * 0.5;
     let round = parameters.steps(40);
-    let door = bevelled_box([x0 + GAP, 0.14, BASE_Z - 0.021], [x1 - GAP, 0.7, BASE_Z + 0.004], 0.004);
-    let panel = bevelled_box([x0 + GAP, 0.705, BASE_Z - 0.021], [x1 - GAP, 0.855, BASE_Z + 0.004], 0.004);
+    let door = bevelled_box(
+        [x0 + GAP, 0.14, BASE_Z - 0.021],
+        [x1 - GAP, 0.7, BASE_Z + 0.004],
+        0.004,
+    );
+    let panel = bevelled_box(
+        [x0 + GAP, 0.705, BASE_Z - 0.021],
+        [x1 - GAP, 0.855, BASE_Z + 0.004],
+        0.004,
+    );
     let grip = placed(
         &handle(parameters, 0.44),
-        DMat4::from_translation(DVec3::new(centre, 0.65, BASE_Z + 0.004)) * DMat4::from_scale(DVec3::splat(1.2)),
+        DMat4::from_translation(DVec3::new(centre, 0.65, BASE_Z + 0.004))
+            * DMat4::from_scale(DVec3::splat(1.2)),
     );
-    let knob = placed(&cylinder(0.019, 0.026, 0.004, parameters.steps(24)), DMat4::from_rotation_x(PI * 0.5));
-    let knobs = (0..5).map(|k| moved(&knob, [x0 + 0.085 + 0.1 * f64::from(k), 0.78, BASE_Z + 0.003]));
-    let hob = bevelled_box([x0 + 0.03, TOP - 0.002, BACK_Z + 0.08], [x1 - 0.03, TOP + 0.006, BASE_Z - 0.05], 0.003);
+    let knob = placed(
+        &cylinder(0.019, 0.026, 0.004, parameters.steps(24)),
+        DMat4::from_rotation_x(PI * 0.5),
+    );
+    let knobs = (0..5).map(|k| {
+        moved(
+            &knob,
+            [x0 + 0.085 + 0.1 * f64::from(k), 0.78, BASE_Z + 0.003],
+        )
+    });
+    let hob = bevelled_box(
+        [x0 + 0.03, TOP - 0.002, BACK_Z + 0.08],
+        [x1 - 0.03, TOP + 0.006, BASE_Z - 0.05],
+        0.003,
+    );
     let spots = [[-0.12, 0.19], [0.12, 0.19], [-0.12, 0.41], [0.12, 0.41]];
     let rings = spots.map(|[dx, dz]| {
-        moved(&torus(0.075, 0.005, [round, 8]), [centre + dx, TOP + 0.009, BACK_Z + dz])
+        moved(
+            &torus(0.075, 0.005, [round, 8]),
+            [centre + dx, TOP + 0.009, BACK_Z + dz],
+        )
     });
     let pot = lathe(
         &[
@@ -350,13 +434,28 @@ fn stove(parameters: &Parameters) -> Mesh {
     );
     let lid = lathe(
         &smooth_profile(
-            &[[0.0, 0.134], [0.1, 0.134], [0.1, 0.138], [0.05, 0.152], [0.008, 0.157], [0.01, 0.175], [0.0, 0.18]],
+            &[
+                [0.0, 0.134],
+                [0.1, 0.134],
+                [0.1, 0.138],
+                [0.05, 0.152],
+                [0.008, 0.157],
+                [0.01, 0.175],
+                [0.0, 0.18],
+            ],
             4,
         ),
         round,
     );
     let pan = lathe(
-        &[[0.0, 0.0], [0.085, 0.0], [0.108, 0.04], [0.104, 0.04], [0.082, 0.005], [0.0, 0.005]],
+        &[
+            [0.0, 0.0],
+            [0.085, 0.0],
+            [0.108, 0.04],
+            [0.104, 0.04],
+            [0.082, 0.005],
+            [0.0, 0.005],
+        ],
         round,
     );
     let pan_grip = capsule([0.1, 0.035, 0.0], [0.27, 0.055, 0.0], [0.008, 0.01], 14);
@@ -366,8 +465,16 @@ fn stove(parameters: &Parameters) -> Mesh {
             panel,
             grip,
             hob,
-            moved(&merged([pot, lid]), [centre - 0.12, TOP + 0.014, BACK_Z + 0.19]),
-            set_at(&merged([pan, pan_grip]), [centre + 0.12, TOP + 0.014, BACK_Z + 0.41], -35.0, 1.0),
+            moved(
+                &merged([pot, lid]),
+                [centre - 0.12, TOP + 0.014, BACK_Z + 0.19],
+            ),
+            set_at(
+                &merged([pan, pan_grip]),
+                [centre + 0.12, TOP + 0.014, BACK_Z + 0.41],
+                -35.0,
+                1.0,
+            ),
         ]
         .into_iter()
         .chain(knobs)
@@ -381,11 +488,18 @@ const SHELF_X: [f64; 2] = [-ROOM_X + UNIT * 3.0, -ROOM_X + UNIT * 5.0];
 
 fn shelves(_: &Parameters) -> Mesh {
     let boards = BOARDS.map(|y| {
-        bevelled_box([SHELF_X[0], y, BACK_Z], [SHELF_X[1], y + 0.024, UPPER_Z - 0.04], 0.003)
+        bevelled_box(
+            [SHELF_X[0], y, BACK_Z],
+            [SHELF_X[1], y + 0.024, UPPER_Z - 0.04],
+            0.003,
+        )
     });
     let brackets = BOARDS.into_iter().flat_map(|y| {
         [0.12, 0.57, 1.02].map(|x| {
-            cuboid([SHELF_X[0] + x, y - 0.012, BACK_Z], [SHELF_X[0] + x + 0.012, y, UPPER_Z - 0.08])
+            cuboid(
+                [SHELF_X[0] + x, y - 0.012, BACK_Z],
+                [SHELF_X[0] + x + 0.012, y, UPPER_Z - 0.08],
+            )
         })
     });
     let rack = bevelled_box([-1.95, 1.3, BACK_Z], [-1.2, 1.32, BACK_Z + 0.1], 0.003);
@@ -418,7 +532,11 @@ fn bottles(parameters: &Parameters) -> Mesh {
     let mut x = SHELF_X[0] + 0.06;
     for k in 0..9u64 {
         let random = |n: u64, range: [f64; 2]| jitter(parameters.seed, 900 + k * 8 + n, range);
-        let size = [random(0, [0.024, 0.038]), random(1, [0.15, 0.25]), random(2, [0.009, 0.014])];
+        let size = [
+            random(0, [0.024, 0.038]),
+            random(1, [0.15, 0.25]),
+            random(2, [0.009, 0.014]),
+        ];
         let at = [x, BOARDS[2] + 0.024, z + random(3, [-0.04, 0.06])];
         pieces.push(moved(&bottle(parameters, size), at));
         x += 2.0 * size[0] + random(4, [0.03, 0.06]);
@@ -431,7 +549,8 @@ fn bottles(parameters: &Parameters) -> Mesh {
     for (at, size) in [
         ([0.36, TOP, BACK_Z + 0.12], [0.034, 0.3, 0.012]),
         ([0.27, TOP, BACK_Z + 0.16], [0.03, 0.24, 0.011]),
-        ([1.78, TOP, BACK_Z + 0.2], [0.042, 0.32, 0.014]),
+        ([1.3, TOP, BACK_Z + 0.2], [0.042, 0.32, 0.014]),
+        ([0.14, TABLE_TOP, 0.14], [0.04, 0.31, 0.014]),
     ] {
         pieces.push(moved(&bottle(parameters, size), at));
     }
@@ -457,17 +576,43 @@ fn plates(parameters: &Parameters) -> Mesh {
         parameters.steps(48),
     );
     let z = BACK_Z + 0.15;
-    let stack = (0..7).map(|k| moved(&plate, [SHELF_X[0] + 0.17, BOARDS[0] + 0.024 + 0.0085 * f64::from(k), z]));
+    let stack = (0..7).map(|k| {
+        moved(
+            &plate,
+            [
+                SHELF_X[0] + 0.17,
+                BOARDS[0] + 0.024 + 0.0085 * f64::from(k),
+                z,
+            ],
+        )
+    });
     let small = (0..6).map(|k| {
-        set_at(&plate, [SHELF_X[0] + 0.44, BOARDS[0] + 0.024 + 0.0065 * f64::from(k), z], 0.0, 0.75)
+        set_at(
+            &plate,
+            [
+                SHELF_X[0] + 0.44,
+                BOARDS[0] + 0.024 + 0.0065 * f64::from(k),
+                z,
+            ],
+            0.0,
+            0.75,
+        )
     });
     // Upright in a row, leaning against the wall.
     let row = (0..5).map(|k| {
-        let at = DVec3::new(SHELF_X[0] + 0.16 + 0.19 * f64::from(k), BOARDS[1] + 0.024 + 0.115, BACK_Z + 0.055);
-        placed(&plate, DMat4::from_translation(at) * DMat4::from_rotation_x(PI * 0.5 - 0.22))
+        let at = DVec3::new(
+            SHELF_X[0] + 0.16 + 0.19 * f64::from(k),
+            BOARDS[1] + 0.024 + 0.115,
+            BACK_Z + 0.055,
+        );
+        placed(
+            &plate,
+            DMat4::from_translation(at) * DMat4::from_rotation_x(PI * 0.5 - 0.22),
+        )
     });
     let drying = (0..3).map(|k| moved(&plate, [-1.1, TOP + 0.0085 * f64::from(k), BACK_Z + 0.3]));
-    merged(stack.chain(small).chain(row).chain(drying))
+    let set_out = [[-0.08, 0.3], [0.36, 0.5]].map(|[x, z]| moved(&plate, [x, TABLE_TOP, z]));
+    merged(stack.chain(small).chain(row).chain(drying).chain(set_out))
 }
 
 fn cups(parameters: &Parameters) -> Mesh {
@@ -490,7 +635,13 @@ fn cups(parameters: &Parameters) -> Mesh {
     );
     let ear = tube(
         &curve(
-            &[[0.036, 0.065, 0.0], [0.06, 0.067, 0.0], [0.067, 0.045, 0.0], [0.055, 0.022, 0.0], [0.034, 0.02, 0.0]],
+            &[
+                [0.036, 0.065, 0.0],
+                [0.06, 0.067, 0.0],
+                [0.067, 0.045, 0.0],
+                [0.055, 0.022, 0.0],
+                [0.034, 0.02, 0.0],
+            ],
             parameters.steps(6),
         ),
         0.005,
@@ -498,32 +649,52 @@ fn cups(parameters: &Parameters) -> Mesh {
     );
     let cup = merged([body, ear]);
     let mut spots: Vec<[f64; 4]> = (0..5)
-        .map(|k| [SHELF_X[0] + 0.64 + 0.105 * f64::from(k), BOARDS[0] + 0.024, BACK_Z + 0.15, 30.0 + 17.0 * f64::from(k)])
+        .map(|k| {
+            [
+                SHELF_X[0] + 0.64 + 0.105 * f64::from(k),
+                BOARDS[0] + 0.024,
+                BACK_Z + 0.15,
+                30.0 + 17.0 * f64::from(k),
+            ]
+        })
         .collect();
     spots.push([-1.5, TOP + 0.022, BASE_Z - 0.22, 200.0]);
+    spots.push([-0.22, TABLE_TOP, 0.5, 130.0]);
+    spots.push([0.42, TABLE_TOP, 0.18, 250.0]);
     spots.push([1.45, TOP, BASE_Z - 0.2, 320.0]);
-    merged(spots.into_iter().map(|[x, y, z, turn_deg]| set_at(&cup, [x, y, z], turn_deg, 1.0)))
+    merged(
+        spots
+            .into_iter()
+            .map(|[x, y, z, turn_deg]| set_at(&cup, [x, y, z], turn_deg, 1.0)),
+    )
 }
 
 /// A towel over the oven's handle.
 fn towel(parameters: &Parameters) -> Mesh {
     let centre = (unit_x(5) + unit_x(6)) * 0.5 + 0.05;
-    sheet([parameters.steps(34), parameters.steps(60)], 0.003, |u, v| {
-        let (bar_y, bar_z, r) = (0.65, BASE_Z + 0.0424, 0.0095);
-        let wave = 0.008 * (u * 17.0 + 0.8).sin() + 0.004 * (u * 31.0).sin();
-        let x = centre + (u - 0.5) * 0.24;
-        // From the front hem up, over the bar and down behind.
-        let (y, z) = if v < 0.55 {
-            let drop = (0.55 - v) / 0.55;
-            (bar_y - 0.36 * drop, bar_z + r + (wave + 0.012) * drop.sqrt())
-        } else if v < 0.62 {
-            let angle_rad = PI * (v - 0.55) / 0.07;
-            (bar_y + r * angle_rad.sin(), bar_z + r * angle_rad.cos())
-        } else {
-            (bar_y - 0.22 * (v - 0.62) / 0.38, bar_z - r)
-        };
-        DVec3::new(x, y, z)
-    })
+    sheet(
+        [parameters.steps(34), parameters.steps(60)],
+        0.003,
+        |u, v| {
+            let (bar_y, bar_z, r) = (0.65, BASE_Z + 0.0424, 0.0095);
+            let wave = 0.008 * (u * 17.0 + 0.8).sin() + 0.004 * (u * 31.0).sin();
+            let x = centre + (u - 0.5) * 0.24;
+            // From the front hem up, over the bar and down behind.
+            let (y, z) = if v < 0.55 {
+                let drop = (0.55 - v) / 0.55;
+                (
+                    bar_y - 0.36 * drop,
+                    bar_z + r + (wave + 0.012) * drop.sqrt(),
+                )
+            } else if v < 0.62 {
+                let angle_rad = PI * (v - 0.55) / 0.07;
+                (bar_y + r * angle_rad.sin(), bar_z + r * angle_rad.cos())
+            } else {
+                (bar_y - 0.22 * (v - 0.62) / 0.38, bar_z - r)
+            };
+            DVec3::new(x, y, z)
+        },
+    )
 }
 
 /// The window's frame and sill.
@@ -539,8 +710,16 @@ fn window(_: &Parameters) -> Mesh {
         bar([sill, head], [front - 0.06, front], depth),
         bar([sill, sill + 0.06], [back + 0.06, front - 0.06], depth),
         bar([head - 0.06, head], [back + 0.06, front - 0.06], depth),
-        bar([sill + 0.06, head - 0.06], [middle - 0.03, middle + 0.03], depth),
-        bar([sill - 0.03, sill], [back - 0.06, front + 0.06], [-ROOM_X - 0.09, -ROOM_X + 0.16]),
+        bar(
+            [sill + 0.06, head - 0.06],
+            [middle - 0.03, middle + 0.03],
+            depth,
+        ),
+        bar(
+            [sill - 0.03, sill],
+            [back - 0.06, front + 0.06],
+            [-ROOM_X - 0.09, -ROOM_X + 0.16],
+        ),
     ])
 }
 
@@ -565,30 +744,98 @@ fn lamp(parameters: &Parameters) -> Mesh {
         parameters.steps(4),
     );
     let shade = lathe(&profile, parameters.steps(56));
-    let cord = capsule([0.0, 0.22, 0.0], [0.0, HEIGHT - LAMP_AT[1], 0.0], [0.004, 0.004], 10);
-    let rose = moved(&cylinder(0.05, 0.03, 0.005, 28), [0.0, HEIGHT - LAMP_AT[1] - 0.03, 0.0]);
+    let cord = capsule(
+        [0.0, 0.22, 0.0],
+        [0.0, HEIGHT - LAMP_AT[1], 0.0],
+        [0.004, 0.004],
+        10,
+    );
+    let rose = moved(
+        &cylinder(0.05, 0.03, 0.005, 28),
+        [0.0, HEIGHT - LAMP_AT[1] - 0.03, 0.0],
+    );
     moved(&merged([shade, cord, rose]), LAMP_AT)
 }
 
 fn lamp_glow(parameters: &Parameters) -> Mesh {
     let [x, y, z] = LAMP_AT;
-    moved(&super::kit::sphere(0.055, parameters.steps(28)), [x, y + 0.07, z])
+    moved(
+        &super::kit::sphere(0.055, parameters.steps(28)),
+        [x, y + 0.07, z],
+    )
 }
 
 /// Two round stools with thin legs and a rung.
 fn stools(parameters: &Parameters) -> Mesh {
     let seat = lathe(
-        &smooth_profile(&[[0.0, 0.6], [0.15, 0.6], [0.17, 0.615], [0.165, 0.64], [0.1, 0.645], [0.0, 0.64]], 4),
+        &smooth_profile(
+            &[
+                [0.0, 0.6],
+                [0.15, 0.6],
+                [0.17, 0.615],
+                [0.165, 0.64],
+                [0.1, 0.645],
+                [0.0, 0.64],
+            ],
+            4,
+        ),
         parameters.steps(44),
     );
     let legs = (0..4).map(|k| {
         let (s, c) = (TAU * (f64::from(k) + 0.5) / 4.0).sin_cos();
-        capsule([0.2 * c, 0.012, 0.2 * s], [0.11 * c, 0.6, 0.11 * s], [0.012, 0.015], parameters.steps(14))
+        capsule(
+            [0.2 * c, 0.012, 0.2 * s],
+            [0.11 * c, 0.6, 0.11 * s],
+            [0.012, 0.015],
+            parameters.steps(14),
+        )
     });
-    let rung = moved(&torus(0.172, 0.007, [parameters.steps(40), 8]), [0.0, 0.2, 0.0]);
+    let rung = moved(
+        &torus(0.172, 0.007, [parameters.steps(40), 8]),
+        [0.0, 0.2, 0.0],
+    );
     let stool = merged([seat, rung].into_iter().chain(legs));
     merged([
-        set_at(&stool, [0.95, 0.0, -0.2], 10.0, 1.0),
-        set_at(&stool, [-0.75, 0.0, 0.45], 35.0, 1.0),
+        set_at(&stool, [1.05, 0.0, 0.3], 10.0, 1.0),
+        set_at(&stool, [-0.8, 0.0, 0.25], 35.0, 1.0),
     ])
+}
+
+const TABLE_TOP: f64 = 0.74;
+
+/// A small table under the lamp.
+fn table(parameters: &Parameters) -> Mesh {
+    let (centre, half) = ([0.15, 0.35], [0.6, 0.36]);
+    let top = bevelled_box(
+        [centre[0] - half[0], TABLE_TOP - 0.03, centre[1] - half[1]],
+        [centre[0] + half[0], TABLE_TOP, centre[1] + half[1]],
+        0.006,
+    );
+    let legs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[sx, sz]| {
+        let (x, z) = (
+            centre[0] + sx * (half[0] - 0.06),
+            centre[1] + sz * (half[1] - 0.06),
+        );
+        let foot = [x + 0.03 * sx, 0.014, z + 0.03 * sz];
+        capsule(
+            foot,
+            [x, TABLE_TOP - 0.03, z],
+            [0.014, 0.022],
+            parameters.steps(18),
+        )
+    });
+    let apron = bevelled_box(
+        [
+            centre[0] - half[0] + 0.06,
+            TABLE_TOP - 0.1,
+            centre[1] - half[1] + 0.06,
+        ],
+        [
+            centre[0] + half[0] - 0.06,
+            TABLE_TOP - 0.03,
+            centre[1] + half[1] - 0.06,
+        ],
+        0.004,
+    );
+    merged([top, apron].into_iter().chain(legs))
 }

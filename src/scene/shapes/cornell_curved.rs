@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::kit::{bevelled_box, circle, cuboid, merged, moved, rounded_box, set_at, sphere, sweep};
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
@@ -79,9 +79,7 @@ fn lamp(_: &Parameters) -> Mesh {
 }
 
 fn lamp_frame(_: &Parameters) -> Mesh {
-    let bar = |x: [f64; 2], z: [f64; 2]| {
-        bevelled_box([x[0], 1.96, z[0]], [x[1], 2.0, z[1]], 0.006)
-    };
+    let bar = |x: [f64; 2], z: [f64; 2]| bevelled_box([x[0], 1.96, z[0]], [x[1], 2.0, z[1]], 0.006);
     merged([
         bar([-0.34, -0.3], [-0.34, 0.24]),
         bar([0.3, 0.34], [-0.34, 0.24]),

@@ -51,6 +51,10 @@ fn seated_body(p: Vec3, q: Vec3) -> f32 {
 
 /// Pleats that fan out between the shins over the lotus.
 fn skirt(p: Vec3) -> f32 {
+    let below = p.y - 0.38;
+    if below > 0.1 {
+        return below;
+    }
     let angle_rad = p.x.atan2(p.z + 0.25);
     let pleats = 0.008 * fold(angle_rad * 34.0);
     ellipsoid(p, [0.0, 0.315, 0.22], [0.36, 0.045, 0.27]) - pleats
@@ -72,15 +76,38 @@ fn head(q: Vec3, centre: [f32; 3], curls: bool) -> f32 {
     let skull = ellipsoid(p, [0.0, 0.02, -0.01], [0.102, 0.125, 0.118]);
     let jaw = ellipsoid(p, [0.0, -0.065, 0.025], [0.074, 0.07, 0.083]);
     let mut face = blend(skull, jaw, 0.06);
-    face = carve(face, ellipsoid(p, [0.042, 0.012, 0.125], [0.03, 0.016, 0.03]), 0.015);
-    face = blend(face, ellipsoid(p, [0.041, 0.007, 0.088], [0.024, 0.012, 0.016]), 0.008);
-    let brow = limb(p, [0.012, 0.03, 0.112], [0.07, 0.034, 0.085], [0.007, 0.005]);
+    face = carve(
+        face,
+        ellipsoid(p, [0.042, 0.012, 0.125], [0.03, 0.016, 0.03]),
+        0.015,
+    );
+    face = blend(
+        face,
+        ellipsoid(p, [0.041, 0.007, 0.088], [0.024, 0.012, 0.016]),
+        0.008,
+    );
+    let brow = limb(
+        p,
+        [0.012, 0.03, 0.112],
+        [0.07, 0.034, 0.085],
+        [0.007, 0.005],
+    );
     face = blend(face, brow, 0.012);
     let nose = limb(p, [0.0, 0.02, 0.108], [0.0, -0.037, 0.126], [0.009, 0.014]);
     let wing = ball(p, [0.013, -0.04, 0.114], 0.01);
     face = blend(face, nose.min(wing), 0.012);
-    let lips = limb(p, [0.0, -0.069, 0.107], [0.028, -0.066, 0.096], [0.008, 0.004]);
-    let lower_lip = limb(p, [0.0, -0.083, 0.103], [0.018, -0.081, 0.097], [0.008, 0.005]);
+    let lips = limb(
+        p,
+        [0.0, -0.069, 0.107],
+        [0.028, -0.066, 0.096],
+        [0.008, 0.004],
+    );
+    let lower_lip = limb(
+        p,
+        [0.0, -0.083, 0.103],
+        [0.018, -0.081, 0.097],
+        [0.008, 0.005],
+    );
     face = blend(face, lips.min(lower_lip), 0.006);
     if !curls {
         let ear = ellipsoid(p, [0.104, 0.0, -0.01], [0.013, 0.036, 0.024]);
@@ -100,6 +127,10 @@ fn head(q: Vec3, centre: [f32; 3], curls: bool) -> f32 {
 /// A carved disc behind the head: rays, beads and a rim.
 fn halo(p: Vec3) -> f32 {
     let q = p - Vec3::new(0.0, 1.12, -0.2);
+    let away = q.z.abs() - 0.05;
+    if away > 0.1 {
+        return away;
+    }
     let radius = Vec2::new(q.x, q.y).length();
     let angle_rad = q.x.atan2(q.y);
     let rays = 0.006 * fold(angle_rad * 24.0) * ramp(radius, 0.15, 0.17) * ramp(radius, 0.27, 0.25);
@@ -126,7 +157,12 @@ fn lotus(p: Vec3) -> f32 {
     let foot = drum(p, [0.0, 0.02, 0.0], [0.66, 0.03], 0.008);
     let step = drum(p, [0.0, 0.055, 0.0], [0.6, 0.03], 0.008);
     let upper = petal(angle_rad, radius, p.y, [0.57, 0.205, 0.085]);
-    let lower = petal(angle_rad + 0.19634955, radius, 0.32 - p.y, [0.57, 0.215, 0.075]);
+    let lower = petal(
+        angle_rad + 0.19634955,
+        radius,
+        0.32 - p.y,
+        [0.57, 0.215, 0.075],
+    );
     let stacked = seat.min(core).min(foot.min(step));
     stacked.min(upper.min(lower)) * 0.9
 }
@@ -153,9 +189,9 @@ pub fn standing(cell: f32) -> Mesh {
     polygonise([[-0.55, -0.06, -0.5], [0.55, 1.92, 0.55]], cell, |p| {
         let q = Vec3::new(p.x.abs(), p.y, p.z);
         let robe = robe(p);
-        let above = 1.0 - p.y;
-        if above > 0.25 && robe < above - 0.1 {
-            return robe;
+        // All but the robe hangs above half a metre.
+        if robe + 0.08 < 0.5 - p.y {
+            return robe * 0.9;
         }
         let upper_arm = limb(q, [0.2, 1.42, -0.02], [0.29, 1.14, 0.02], [0.075, 0.075]);
         let forearm = limb(q, [0.29, 1.14, 0.02], [0.11, 1.12, 0.24], [0.078, 0.085]);
@@ -238,30 +274,53 @@ pub fn elephant(cell: f32) -> Mesh {
         let front_leg = limb(q, [0.24, 0.9, 0.2], [0.24, 0.06, 0.24], [0.2, 0.135]);
         let hind_leg = limb(q, [0.24, 0.85, -0.72], [0.24, 0.06, -0.68], [0.23, 0.14]);
         let legs = front_leg.min(hind_leg);
-        let toes = toes(q, [0.24, 0.045, 0.24]).min(toes(q, [0.24, 0.045, -0.68]));
+        let toes = toes(q, 0.24).min(toes(q, -0.68));
         let legs = blend(legs, toes, 0.02).max(-p.y);
-        let skin = 0.0035 * fold(q.y * 85.0 + 2.5 * (q.z * 9.0).sin() + 2.0 * (p.x * 8.0).sin());
+        let skin = 0.002 * fold(q.y * 85.0 + 2.5 * (q.z * 9.0).sin() + 2.0 * (p.x * 8.0).sin());
         let mut all = blend(body, legs - skin, 0.16);
         all = blend(all, trunk(p), 0.09);
         let eye = ball(q, [0.205, 1.36, 0.79], 0.035);
         let socket = ball(q, [0.235, 1.365, 0.81], 0.05);
         all = blend(carve(all, socket, 0.03), eye, 0.008);
-        let fan = Vec3::new(q.x - 0.28, q.y - 1.3, q.z - 0.5);
-        let turned = Vec3::new(fan.x * 0.78 + fan.z * 0.62, fan.y, fan.z * 0.78 - fan.x * 0.62);
-        let rib = 0.006 * fold(turned.y.atan2(turned.z + 0.25) * 15.0);
-        let ear = ellipsoid(turned, [0.0, -0.03, -0.2], [0.03, 0.36, 0.27]) - rib;
-        all = blend(all, ear, 0.05);
+        all = blend(all, ear(q), 0.05);
         let tusk_root = limb(q, [0.14, 1.12, 0.8], [0.19, 0.93, 1.05], [0.05, 0.042]);
         let tusk_tip = limb(q, [0.19, 0.93, 1.05], [0.15, 0.97, 1.26], [0.042, 0.012]);
         all = blend(all, tusk_root.min(tusk_tip), 0.012);
-        let tail = limb(p, [0.0, 1.15, -1.0], [0.04, 0.6, -1.08], [0.045, 0.022]);
-        let tuft = ellipsoid(p, [0.04, 0.53, -1.08], [0.035, 0.09, 0.035]);
-        blend(all, tail.min(tuft), 0.04).min(saddle(p)) * 0.85
+        blend(all, tail(p), 0.04).min(saddle(p)) * 0.85
     })
 }
 
-fn toes(q: Vec3, foot: [f32; 3]) -> f32 {
-    let p = q - Vec3::from(foot);
+/// A ribbed ear that stands off the head, its root towards +z.
+fn ear(q: Vec3) -> f32 {
+    let away = (0.08 - q.z).max(0.85 - q.y);
+    if away > 0.15 {
+        return away;
+    }
+    let fan = q - Vec3::new(0.28, 1.3, 0.5);
+    let turned = Vec3::new(
+        fan.x * 0.78 + fan.z * 0.62,
+        fan.y,
+        fan.z * 0.78 - fan.x * 0.62,
+    );
+    let rib = 0.006 * fold(turned.y.atan2(turned.z + 0.25) * 15.0);
+    ellipsoid(turned, [0.0, -0.03, -0.2], [0.03, 0.36, 0.27]) - rib
+}
+
+fn tail(p: Vec3) -> f32 {
+    let before = p.z + 0.95;
+    if before > 0.15 {
+        return before;
+    }
+    let tail = limb(p, [0.0, 1.15, -1.0], [0.04, 0.6, -1.08], [0.045, 0.022]);
+    tail.min(ellipsoid(p, [0.04, 0.53, -1.08], [0.035, 0.09, 0.035]))
+}
+
+/// Five toes around the front of the foot at `z`.
+fn toes(q: Vec3, z: f32) -> f32 {
+    let p = q - Vec3::new(0.24, 0.045, z);
+    if p.y > 0.2 {
+        return p.y - 0.05;
+    }
     let angle_rad = p.x.atan2(p.z).clamp(-1.3, 1.3);
     let nearest = (angle_rad / 0.52).round() * 0.52;
     let (sine, cosine) = nearest.sin_cos();
@@ -269,6 +328,10 @@ fn toes(q: Vec3, foot: [f32; 3]) -> f32 {
 }
 
 fn trunk(p: Vec3) -> f32 {
+    let behind = 0.6 - p.z;
+    if behind > 0.15 {
+        return behind;
+    }
     const POINTS: [[f32; 3]; 6] = [
         [0.0, 1.25, 0.82],
         [0.0, 0.95, 1.0],
@@ -283,13 +346,16 @@ fn trunk(p: Vec3) -> f32 {
         let piece = limb(p, POINTS[i], POINTS[i + 1], [RADII[i], RADII[i + 1]]);
         all = blend(all, piece, 0.04);
     }
-    all - 0.006 * fold((p.y - 0.4 * p.z) * 75.0)
+    all - 0.0045 * fold((p.y - 0.4 * p.z) * 75.0)
 }
 
 /// A cloth with a beaded border and a diamond pattern over the back.
 fn saddle(p: Vec3) -> f32 {
-    let hull = ellipsoid(p, [0.0, 1.05, -0.3], [0.475, 0.51, 0.78]);
     let edge = block(p, [0.0, 1.3, -0.3], [2.0, 0.42, 0.36], 0.03);
+    if edge > 0.1 {
+        return edge;
+    }
+    let hull = ellipsoid(p, [0.0, 1.05, -0.3], [0.475, 0.51, 0.78]);
     let diamonds = 0.008 * ((p.z * 42.0).sin() * (p.y * 42.0).sin()).abs();
     let trim = 0.014 * ramp(edge.abs(), 0.05, 0.03);
     (hull - diamonds - trim).max(edge).max(-hull - 0.06)

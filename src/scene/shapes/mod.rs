@@ -93,7 +93,11 @@ pub fn generators() -> Vec<&'static str> {
 
 /// Names of a generator's parts; an error that lists the generators when there is none of that name.
 pub fn parts(generator: &str) -> Result<Vec<&'static str>, String> {
-    Ok(find(generator)?.parts.iter().map(|(name, _)| *name).collect())
+    Ok(find(generator)?
+        .parts
+        .iter()
+        .map(|(name, _)| *name)
+        .collect())
 }
 
 fn find(generator: &str) -> Result<&'static Generator, String> {

@@ -8,7 +8,7 @@ use super::kit::{
     bevelled_box, capsule, curve, cylinder, jitter, lathe, lattice, merged, moved, placed,
     rounded_box, set_at, smooth_profile, sphere, torus, tube,
 };
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
@@ -81,7 +81,12 @@ fn walker_shells(parameters: &Parameters) -> Mesh {
     let head = box_at([0.17, 0.13, 0.14], 0.075, [0.0, 1.52, 0.02], steps);
     let pack = box_at([0.16, 0.17, 0.07], 0.04, [0.0, 1.1, -0.22], steps);
     let thigh = capsule([0.13, 0.64, 0.0], [0.15, 0.46, 0.03], [0.075, 0.065], round);
-    let shin = capsule([0.15, 0.33, 0.03], [0.15, 0.14, -0.01], [0.068, 0.085], round);
+    let shin = capsule(
+        [0.15, 0.33, 0.03],
+        [0.15, 0.14, -0.01],
+        [0.068, 0.085],
+        round,
+    );
     let foot = box_at([0.09, 0.045, 0.16], 0.04, [0.15, 0.045, 0.05], steps);
     let shoulder = moved(&sphere(0.105, round), [0.33, 1.2, 0.0]);
     let upper = capsule([0.38, 1.1, 0.0], [0.41, 0.97, 0.02], [0.058, 0.05], round);
@@ -126,13 +131,20 @@ fn walker_joints(parameters: &Parameters) -> Mesh {
     let ear = cylinder(0.055, 0.04, 0.01, round);
     let sideways = DMat4::from_translation(DVec3::new(0.16, 1.52, 0.02))
         * DMat4::from_rotation_z(-90f64.to_radians());
-    let sides = pair(merged([knee, elbow, placed(&ear, sideways)].into_iter().chain(fingers)));
+    let sides = pair(merged(
+        [knee, elbow, placed(&ear, sideways)]
+            .into_iter()
+            .chain(fingers),
+    ));
     let aerial = merged([
         capsule([0.1, 1.63, -0.02], [0.12, 1.88, -0.05], [0.008, 0.004], 10),
         moved(&sphere(0.018, 14), [0.12, 1.89, -0.05]),
     ]);
     let dial = placed(
-        &merged([torus(0.075, 0.012, [round, 10]), cylinder(0.07, 0.012, 0.004, round)]),
+        &merged([
+            torus(0.075, 0.012, [round, 10]),
+            cylinder(0.07, 0.012, 0.004, round),
+        ]),
         DMat4::from_translation(DVec3::new(0.0, 1.13, 0.168))
             * DMat4::from_rotation_x(90f64.to_radians()),
     );
@@ -170,7 +182,16 @@ fn roller_shells(parameters: &Parameters) -> Mesh {
         )
     };
     let cap = lathe(
-        &smooth_profile(&[[0.0, 1.1], [0.1, 1.1], [0.12, 1.13], [0.07, 1.2], [0.0, 1.22]], 6),
+        &smooth_profile(
+            &[
+                [0.0, 1.1],
+                [0.1, 1.1],
+                [0.12, 1.13],
+                [0.07, 1.2],
+                [0.0, 1.22],
+            ],
+            6,
+        ),
         round,
     );
     let fender = placed(
@@ -192,9 +213,19 @@ fn roller_metal(parameters: &Parameters) -> Mesh {
     let spokes = (0..6).map(|i| {
         let angle_rad = TAU * f64::from(i) / 6.0;
         let (s, c) = angle_rad.sin_cos();
-        capsule([0.0, 0.245, 0.0], [0.0, 0.245 + 0.14 * s, 0.14 * c], [0.016, 0.012], 10)
+        capsule(
+            [0.0, 0.245, 0.0],
+            [0.0, 0.245 + 0.14 * s, 0.14 * c],
+            [0.016, 0.012],
+            10,
+        )
     });
-    let fork = pair(capsule([0.12, 0.245, 0.0], [0.19, 0.42, 0.0], [0.022, 0.028], 14));
+    let fork = pair(capsule(
+        [0.12, 0.245, 0.0],
+        [0.19, 0.42, 0.0],
+        [0.022, 0.028],
+        14,
+    ));
     let axle = capsule([-0.12, 0.245, 0.0], [0.12, 0.245, 0.0], [0.022, 0.022], 14);
     let bezel = placed(
         &torus(0.13, 0.02, [round, parameters.steps(12)]),
@@ -206,7 +237,11 @@ fn roller_metal(parameters: &Parameters) -> Mesh {
         capsule([0.47, 0.62, 0.1], [0.42, 0.52, 0.28], [0.026, 0.022], 16),
         moved(&sphere(0.04, 18), [0.42, 0.52, 0.28]),
     ]));
-    let whole = merged([core, wheel, fork, axle, bezel, arm].into_iter().chain(spokes));
+    let whole = merged(
+        [core, wheel, fork, axle, bezel, arm]
+            .into_iter()
+            .chain(spokes),
+    );
     at_all(&whole, &ROLLERS)
 }
 
@@ -258,13 +293,23 @@ fn cables(parameters: &Parameters) -> Mesh {
         ],
     ];
     let radii = [0.02, 0.025, 0.02, 0.015];
-    merged(lines.iter().zip(radii).map(|(points, radius)| {
-        tube(&curve(points, steps), radius, parameters.steps(12))
-    }))
+    merged(
+        lines
+            .iter()
+            .zip(radii)
+            .map(|(points, radius)| tube(&curve(points, steps), radius, parameters.steps(12))),
+    )
 }
 
 fn crates(parameters: &Parameters) -> Mesh {
-    let spots = [[2.9, -1.9], [-2.5, -2.4], [1.3, -7.4], [-1.9, -9.6], [6.0, -10.0], [-6.6, -6.0]];
+    let spots = [
+        [2.9, -1.9],
+        [-2.5, -2.4],
+        [1.3, -7.4],
+        [-1.9, -9.6],
+        [6.0, -10.0],
+        [-6.6, -6.0],
+    ];
     merged(spots.iter().enumerate().map(|(i, &[x, z])| {
         let key = i as u64 * 8;
         let half = jitter(parameters.seed, key, [0.22, 0.36]);
@@ -299,7 +344,7 @@ fn crates(parameters: &Parameters) -> Mesh {
 
 /// Three long glowing boxes overhead.
 fn lamps(_: &Parameters) -> Mesh {
-    merged([-1.0, -8.0, -16.0].map(|z| {
-        bevelled_box([-3.0, 5.6, z - 0.5], [3.0, 5.7, z + 0.5], 0.02)
-    }))
+    merged(
+        [-1.0, -8.0, -16.0].map(|z| bevelled_box([-3.0, 5.6, z - 0.5], [3.0, 5.7, z + 0.5], 0.02)),
+    )
 }

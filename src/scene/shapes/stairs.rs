@@ -9,7 +9,7 @@ use super::kit::{
     Opening, bevelled_box, cuboid, cylinder, lathe, merged, moved, placed, rounded_box, set_at,
     sheet, smooth_profile, sphere, sweep, wall,
 };
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
@@ -105,10 +105,22 @@ fn walls(_: &Parameters) -> Mesh {
         min: [HALL_X - 0.8, LANDING_Y + 0.1],
         max: [HALL_X + 0.8, LANDING_Y + 2.3],
     };
-    let back = moved(&wall([HALL_X * 2.0, HEIGHT], 0.5, &[niche]), [-HALL_X, 0.0, BACK_Z - 0.5]);
-    let niche_back = cuboid([-1.2, LANDING_Y - 0.2, BACK_Z - 0.6], [1.2, HEIGHT, BACK_Z - 0.5]);
+    let back = moved(
+        &wall([HALL_X * 2.0, HEIGHT], 0.5, &[niche]),
+        [-HALL_X, 0.0, BACK_Z - 0.5],
+    );
+    let niche_back = cuboid(
+        [-1.2, LANDING_Y - 0.2, BACK_Z - 0.6],
+        [1.2, HEIGHT, BACK_Z - 0.5],
+    );
     let front = cuboid([-HALL_X, 0.0, FRONT_Z], [HALL_X, HEIGHT, FRONT_Z + 0.3]);
-    merged([side_wall(&lit, false), side_wall(&plain, true), back, niche_back, front])
+    merged([
+        side_wall(&lit, false),
+        side_wall(&plain, true),
+        back,
+        niche_back,
+        front,
+    ])
 }
 
 /// Plaster with beams.
@@ -119,7 +131,11 @@ fn ceiling(_: &Parameters) -> Mesh {
     );
     let beams = (0..9).map(|i| {
         let z = FRONT_Z - 0.9 - 1.4 * f64::from(i);
-        bevelled_box([-HALL_X, HEIGHT - 0.18, z - 0.08], [HALL_X, HEIGHT + 0.05, z + 0.08], 0.012)
+        bevelled_box(
+            [-HALL_X, HEIGHT - 0.18, z - 0.08],
+            [HALL_X, HEIGHT + 0.05, z + 0.08],
+            0.012,
+        )
     });
     merged([plate].into_iter().chain(beams))
 }
@@ -132,7 +148,10 @@ fn step_corner(i: usize) -> (f64, f64) {
 fn treads(_: &Parameters) -> Mesh {
     let tread = |i: usize| {
         let (y, z) = step_corner(i);
-        rounded_nosing([-HALF_WIDTH - 0.06, y - 0.036, z - GOING], [HALF_WIDTH + 0.06, y, z + 0.03])
+        rounded_nosing(
+            [-HALF_WIDTH - 0.06, y - 0.036, z - GOING],
+            [HALF_WIDTH + 0.06, y, z + 0.03],
+        )
     };
     let landing = bevelled_box(
         [-HALL_X, LANDING_Y - 0.036, BACK_Z],
@@ -145,7 +164,10 @@ fn treads(_: &Parameters) -> Mesh {
 fn rounded_nosing(min: [f64; 3], max: [f64; 3]) -> Mesh {
     let (low, high) = (DVec3::from(min), DVec3::from(max));
     let half = (high - low) * 0.5;
-    moved(&rounded_box(half.to_array(), 0.012, 3), ((low + high) * 0.5).to_array())
+    moved(
+        &rounded_box(half.to_array(), 0.012, 3),
+        ((low + high) * 0.5).to_array(),
+    )
 }
 
 /// Risers, the closed sides under the flight and the landing's front.
@@ -154,12 +176,19 @@ fn risers(_: &Parameters) -> Mesh {
         let (y, z) = step_corner(i);
         cuboid([-HALF_WIDTH, 0.0, z - GOING], [HALF_WIDTH, y - 0.036, z])
     });
-    let landing = cuboid([-HALL_X, 0.0, BACK_Z], [HALL_X, LANDING_Y - 0.036, LANDING_Z]);
+    let landing = cuboid(
+        [-HALL_X, 0.0, BACK_Z],
+        [HALL_X, LANDING_Y - 0.036, LANDING_Z],
+    );
     let panels = [-1.0f64, 1.0].into_iter().flat_map(|side| {
         [0.45, 1.2].map(|y| {
             let (a, b) = (side * 1.35, side * 2.4);
             let z = LANDING_Z;
-            bevelled_box([a.min(b), y - 0.3, z - 0.02], [a.max(b), y + 0.3, z + 0.025], 0.02)
+            bevelled_box(
+                [a.min(b), y - 0.3, z - 0.02],
+                [a.max(b), y + 0.3, z + 0.025],
+                0.02,
+            )
         })
     });
     merged(body.chain([landing]).chain(panels))
@@ -180,7 +209,11 @@ fn carpet(parameters: &Parameters) -> Mesh {
         ]);
     }
     let (y, z) = step_corner(STEPS - 1);
-    line.extend([[y - 0.045, z + 0.01], [y - 0.03, z + 0.04], [y - 0.006, z + 0.04]]);
+    line.extend([
+        [y - 0.045, z + 0.01],
+        [y - 0.03, z + 0.04],
+        [y - 0.006, z + 0.04],
+    ]);
     line.extend([[y + 0.01, z + 0.02], [y + 0.01, z - 1.6]]);
     let rows = line.len();
     let columns = parameters.steps(9);
@@ -250,7 +283,14 @@ fn balusters(parameters: &Parameters) -> Mesh {
 /// Handrails with a moulded section, and newel posts with balls.
 fn rails(parameters: &Parameters) -> Mesh {
     let section: Vec<DVec2> = smooth_profile(
-        &[[0.0, -0.028], [0.024, -0.028], [0.026, -0.01], [0.036, 0.008], [0.03, 0.028], [0.0, 0.034]],
+        &[
+            [0.0, -0.028],
+            [0.024, -0.028],
+            [0.026, -0.01],
+            [0.036, 0.008],
+            [0.03, 0.028],
+            [0.0, 0.034],
+        ],
         parameters.steps(4),
     )
     .iter()
@@ -263,7 +303,11 @@ fn rails(parameters: &Parameters) -> Mesh {
     for side in [-1.0, 1.0] {
         let x = side * (HALF_WIDTH - 0.05);
         let low = DVec3::new(x, RISE * 0.5 + RAIL_ABOVE + 0.03, FIRST_Z + 0.02);
-        let high = DVec3::new(x, LANDING_Y - RISE * 0.5 + RAIL_ABOVE + 0.03, LANDING_Z + 0.02);
+        let high = DVec3::new(
+            x,
+            LANDING_Y - RISE * 0.5 + RAIL_ABOVE + 0.03,
+            LANDING_Z + 0.02,
+        );
         pieces.push(sweep(&[low, high], full, false));
         let level = LANDING_Y + RAIL_ABOVE + 0.03;
         let ends = [side * (HALF_WIDTH - 0.05), side * HALL_X];
@@ -281,7 +325,10 @@ fn newel(parameters: &Parameters) -> Mesh {
         bevelled_box([-0.075, 0.0, -0.075], [0.075, 0.2, 0.075], 0.01),
         bevelled_box([-0.06, 0.2, -0.06], [0.06, 1.12, 0.06], 0.008),
         bevelled_box([-0.08, 1.12, -0.08], [0.08, 1.16, 0.08], 0.008),
-        moved(&cylinder(0.035, 0.05, 0.005, parameters.steps(24)), [0.0, 1.15, 0.0]),
+        moved(
+            &cylinder(0.035, 0.05, 0.005, parameters.steps(24)),
+            [0.0, 1.15, 0.0],
+        ),
         moved(&sphere(0.075, parameters.steps(36)), [0.0, 1.255, 0.0]),
     ])
 }
@@ -304,10 +351,10 @@ fn skirting(_: &Parameters) -> Mesh {
         bevelled_box([a.min(b), y, z[0]], [a.max(b), y + 0.05, z[1]], 0.01)
     };
     let stringer = |side: f64| {
-        let line = [[FIRST_Z + 0.05, 0.0], [LANDING_Z, LANDING_Y - RISE]].map(|[z, y]| {
-            DVec3::new(side * (HALF_WIDTH + 0.015), y + 0.02, z)
-        });
-        let section = [[-0.015, -0.1], [0.015, -0.1], [0.015, 0.13], [-0.015, 0.13]].map(DVec2::from);
+        let line = [[FIRST_Z + 0.05, 0.0], [LANDING_Z, LANDING_Y - RISE]]
+            .map(|[z, y]| DVec3::new(side * (HALF_WIDTH + 0.015), y + 0.02, z));
+        let section =
+            [[-0.015, -0.1], [0.015, -0.1], [0.015, 0.13], [-0.015, 0.13]].map(DVec2::from);
         sweep(&line, &section, false)
     };
     merged([-1.0, 1.0].into_iter().flat_map(|side| {
@@ -332,15 +379,27 @@ fn windows(_: &Parameters) -> Mesh {
             bar([r - 0.06, r], [low, high], [0.1, 0.17]),
             bar([l + 0.06, r - 0.06], [low, low + 0.07], [0.1, 0.17]),
             bar([l + 0.06, r - 0.06], [high - 0.06, high], [0.1, 0.17]),
-            bar([c - 0.025, c + 0.025], [low + 0.07, high - 0.06], [0.11, 0.16]),
+            bar(
+                [c - 0.025, c + 0.025],
+                [low + 0.07, high - 0.06],
+                [0.11, 0.16],
+            ),
             bar([l - 0.08, r + 0.08], [low - 0.05, low], [0.17, 0.38]),
         ];
         for k in 1..5 {
             let y = low + (high - low) * f64::from(k) / 5.0;
-            pieces.push(bar([l + 0.06, r - 0.06], [y - 0.013, y + 0.013], [0.12, 0.15]));
+            pieces.push(bar(
+                [l + 0.06, r - 0.06],
+                [y - 0.013, y + 0.013],
+                [0.12, 0.15],
+            ));
         }
         for x in [c - half * 0.5, c + half * 0.5] {
-            pieces.push(bar([x - 0.013, x + 0.013], [low + 0.07, high - 0.06], [0.122, 0.148]));
+            pieces.push(bar(
+                [x - 0.013, x + 0.013],
+                [low + 0.07, high - 0.06],
+                [0.122, 0.148],
+            ));
         }
         merged(pieces)
     };
@@ -349,7 +408,7 @@ fn windows(_: &Parameters) -> Mesh {
 
 fn near_figure(parameters: &Parameters) -> Mesh {
     let body = seated(parameters.cell(0.0115));
-    set_at(&body, [0.92, 0.798, 0.95], -14.0, 0.52)
+    set_at(&body, [0.66, 0.798, 0.3], -10.0, 0.52)
 }
 
 fn far_figure(parameters: &Parameters) -> Mesh {
@@ -388,7 +447,7 @@ fn pedestals(parameters: &Parameters) -> Mesh {
         )
     };
     merged([
-        moved(&near, [0.92, 0.0, 0.95]),
+        moved(&near, [0.66, 0.0, 0.3]),
         tier(0.78, [0.0, 0.1]),
         tier(0.7, [0.1, 0.47]),
         tier(0.75, [0.47, 0.55]),
@@ -405,18 +464,38 @@ fn lamp(parameters: &Parameters) -> Mesh {
     let ring = super::kit::torus(0.38, 0.014, [round, 12]);
     let arms = (0..6).map(|k| {
         let path = super::kit::curve(
-            &[[0.0, 0.0, 0.0], [0.15, -0.09, 0.0], [0.3, -0.06, 0.0], [0.38, 0.0, 0.0]],
+            &[
+                [0.0, 0.0, 0.0],
+                [0.15, -0.09, 0.0],
+                [0.3, -0.06, 0.0],
+                [0.38, 0.0, 0.0],
+            ],
             parameters.steps(6),
         );
         let cup = lathe(
-            &smooth_profile(&[[0.0, 0.0], [0.03, 0.0], [0.06, 0.05], [0.055, 0.05], [0.0, 0.015]], 5),
+            &smooth_profile(
+                &[
+                    [0.0, 0.0],
+                    [0.03, 0.0],
+                    [0.06, 0.05],
+                    [0.055, 0.05],
+                    [0.0, 0.015],
+                ],
+                5,
+            ),
             parameters.steps(24),
         );
-        let arm = merged([super::kit::tube(&path, 0.009, 10), moved(&cup, [0.38, 0.0, 0.0])]);
+        let arm = merged([
+            super::kit::tube(&path, 0.009, 10),
+            moved(&cup, [0.38, 0.0, 0.0]),
+        ]);
         placed(&arm, DMat4::from_rotation_y(PI * f64::from(k) / 3.0))
     });
     let boss = sphere(0.05, parameters.steps(28));
-    moved(&merged([rod, ring, boss].into_iter().chain(arms)), [x, y, z])
+    moved(
+        &merged([rod, ring, boss].into_iter().chain(arms)),
+        [x, y, z],
+    )
 }
 
 fn lamp_glow(parameters: &Parameters) -> Mesh {
@@ -424,7 +503,14 @@ fn lamp_glow(parameters: &Parameters) -> Mesh {
     let [x, y, z] = LAMP_AT;
     merged((0..6).map(|k| {
         let angle_rad = PI * f64::from(k) / 3.0;
-        moved(&bulb, [x + 0.38 * angle_rad.cos(), y + 0.075, z - 0.38 * angle_rad.sin()])
+        moved(
+            &bulb,
+            [
+                x + 0.38 * angle_rad.cos(),
+                y + 0.075,
+                z - 0.38 * angle_rad.sin(),
+            ],
+        )
     }))
 }
 
@@ -438,7 +524,10 @@ const PICTURES: [[f64; 4]; 4] = [
 
 fn pictures(_: &Parameters) -> Mesh {
     merged(PICTURES.map(|[z, y, half, tall]| {
-        cuboid([HALL_X - 0.015, y - tall, z - half], [HALL_X, y + tall, z + half])
+        cuboid(
+            [HALL_X - 0.015, y - tall, z - half],
+            [HALL_X, y + tall, z + half],
+        )
     }))
 }
 

@@ -4,7 +4,7 @@ use super::figures::{elephant, seated, standing};
 use super::kit::{
     bevelled_box, cylinder, jitter, lathe, merged, moved, set_at, smooth_profile, strip_solid,
 };
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
 
@@ -96,7 +96,11 @@ fn plinths(_: &Parameters) -> Mesh {
     let plinth = |[x, z, turn_deg]: [f64; 3], half: [f64; 2]| {
         let [hx, hz] = half;
         let tier = |grow: f64, y0: f64, y1: f64| {
-            bevelled_box([-hx - grow, y0, -hz - grow], [hx + grow, y1, hz + grow], 0.015)
+            bevelled_box(
+                [-hx - grow, y0, -hz - grow],
+                [hx + grow, y1, hz + grow],
+                0.015,
+            )
         };
         let top = PLINTH_HEIGHT;
         let body = merged([
@@ -113,7 +117,13 @@ fn plinths(_: &Parameters) -> Mesh {
     let [a, b] = FAR_ELEPHANTS;
     let elephants = [NEAR_ELEPHANT, a, b].map(|at| plinth(at, [0.55, 1.15]));
     let great = plinth(last, [1.8, 1.8]);
-    merged(standing.into_iter().chain(seated).chain(elephants).chain([great]))
+    merged(
+        standing
+            .into_iter()
+            .chain(seated)
+            .chain(elephants)
+            .chain([great]),
+    )
 }
 
 /// Fluted urns between the statues.
@@ -141,9 +151,11 @@ fn urns(parameters: &Parameters) -> Mesh {
     let foot = cylinder(0.24, 0.3, 0.015, parameters.steps(40));
     let whole = merged([foot, moved(&urn, [0.0, 0.3, 0.0])]);
     let spots = [-6.8, -11.5, -17.0, -24.5, -34.0];
-    merged(spots.into_iter().flat_map(|z| {
-        [-2.5, 2.5].map(|x| set_at(&whole, [x, 0.0, z], 0.0, 1.0))
-    }))
+    merged(
+        spots
+            .into_iter()
+            .flat_map(|z| [-2.5, 2.5].map(|x| set_at(&whole, [x, 0.0, z], 0.0, 1.0))),
+    )
 }
 
 /// A row of arches that closes the avenue at 44 m.
@@ -155,10 +167,7 @@ fn gate(parameters: &Parameters) -> Mesh {
             .map(|i| {
                 let angle_rad = std::f64::consts::PI * (1.0 - i as f64 / steps as f64);
                 let (x, y) = (angle_rad.cos() * span * 0.5, angle_rad.sin() * span * 0.5);
-                (
-                    DVec2::new(centre + x, 4.2 + y),
-                    DVec2::new(centre + x, 6.8),
-                )
+                (DVec2::new(centre + x, 4.2 + y), DVec2::new(centre + x, 6.8))
             })
             .unzip();
         moved(&strip_solid(&lower, &upper, 1.0), [0.0, 0.0, -44.5])

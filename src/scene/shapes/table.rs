@@ -9,7 +9,7 @@ use super::kit::{
     bevelled_box, capsule, curve, cylinder, lathe, merged, moved, placed, rounded_box, set_at,
     sheet, smooth_profile, sphere, torus, tube,
 };
-use super::{PartFunction, Parameters};
+use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
@@ -29,12 +29,18 @@ pub const PARTS: &[(&str, PartFunction)] = &[
 const TOP: f64 = 0.75;
 
 fn ground(_: &Parameters) -> Mesh {
-    moved(&cylinder(6.0, 0.1, 0.0, 96), [0.0, -0.1, 0.0])
+    moved(&cylinder(60.0, 0.1, 0.0, 96), [0.0, -0.1, 0.0])
 }
 
 fn table_top(parameters: &Parameters) -> Mesh {
     let profile = smooth_profile(
-        &[[0.66, 0.0], [0.69, 0.005], [0.7, 0.02], [0.69, 0.035], [0.66, 0.04]],
+        &[
+            [0.66, 0.0],
+            [0.69, 0.005],
+            [0.7, 0.02],
+            [0.69, 0.035],
+            [0.66, 0.04],
+        ],
         4,
     );
     let closed: Vec<[f64; 2]> = [[0.0, 0.0]]
@@ -42,7 +48,10 @@ fn table_top(parameters: &Parameters) -> Mesh {
         .chain(profile)
         .chain([[0.0, 0.04]])
         .collect();
-    moved(&lathe(&closed, parameters.steps(128)), [0.0, TOP - 0.04, 0.0])
+    moved(
+        &lathe(&closed, parameters.steps(128)),
+        [0.0, TOP - 0.04, 0.0],
+    )
 }
 
 fn table_leg(parameters: &Parameters) -> Mesh {
@@ -147,7 +156,12 @@ fn teapot(parameters: &Parameters) -> Mesh {
     let spout = merged((0..count - 1).map(|i| {
         let radius = |k: usize| 0.024 - 0.0125 * k as f64 / (count - 1) as f64;
         let ends = [spout_path[i].to_array(), spout_path[i + 1].to_array()];
-        capsule(ends[0], ends[1], [radius(i), radius(i + 1)], parameters.steps(24))
+        capsule(
+            ends[0],
+            ends[1],
+            [radius(i), radius(i + 1)],
+            parameters.steps(24),
+        )
     }));
     let whole = merged([body, lid, handle, spout]);
     set_at(&whole, [0.03, TOP, 0.2], 205.0, 1.0)
@@ -160,9 +174,10 @@ fn bowl(parameters: &Parameters) -> Mesh {
             [0.045, 0.0],
             [0.045, 0.01],
             [0.09, 0.03],
-            [0.125, 0.075],
-            [0.128, 0.079],
-            [0.122, 0.078],
+            [0.125, 0.073],
+            [0.127, 0.079],
+            [0.1245, 0.081],
+            [0.121, 0.076],
             [0.085, 0.038],
             [0.0, 0.02],
         ],
@@ -188,7 +203,12 @@ fn fruit(parameters: &Parameters) -> Mesh {
         ),
         parameters.steps(40),
     );
-    let stalk = capsule([0.0, 0.054, 0.0], [0.004, 0.076, 0.002], [0.0016, 0.0022], 10);
+    let stalk = capsule(
+        [0.0, 0.054, 0.0],
+        [0.004, 0.076, 0.002],
+        [0.0016, 0.0022],
+        10,
+    );
     let apple = merged([apple, stalk]);
     let spots = [
         [0.235, 0.041, 0.12, 0.0],
@@ -197,7 +217,10 @@ fn fruit(parameters: &Parameters) -> Mesh {
         [0.272, 0.092, 0.128, 30.0],
     ];
     let piled = spots.map(|[x, y, z, turn_deg]| {
-        let lean = placed(&apple, DMat4::from_rotation_z((turn_deg * 0.2f64).to_radians()));
+        let lean = placed(
+            &apple,
+            DMat4::from_rotation_z((turn_deg * 0.2f64).to_radians()),
+        );
         set_at(&lean, [x, TOP + y, z], turn_deg, 1.0)
     });
     let loose = set_at(&apple, [-0.12, TOP + 0.001, 0.27], 40.0, 1.0);
@@ -210,7 +233,10 @@ fn dice(parameters: &Parameters) -> Mesh {
     let pip = sphere(0.0042, parameters.steps(12));
     let face = |spots: &[[f64; 2]], turn: DMat4| {
         merged(spots.iter().map(|&[a, b]| {
-            placed(&pip, turn * DMat4::from_translation(DVec3::new(a, 0.0203, b)))
+            placed(
+                &pip,
+                turn * DMat4::from_translation(DVec3::new(a, 0.0203, b)),
+            )
         }))
     };
     let d = 0.011;
@@ -221,7 +247,10 @@ fn dice(parameters: &Parameters) -> Mesh {
             DMat4::IDENTITY,
         ),
         face(&[[d, d], [-d, -d]], DMat4::from_rotation_x(TAU * 0.25)),
-        face(&[[d, d], [-d, -d], [0.0, 0.0]], DMat4::from_rotation_z(TAU * 0.25)),
+        face(
+            &[[d, d], [-d, -d], [0.0, 0.0]],
+            DMat4::from_rotation_z(TAU * 0.25),
+        ),
         face(&[[0.0, 0.0]], DMat4::from_rotation_z(-TAU * 0.25)),
     ]);
     merged([

@@ -30,10 +30,20 @@ fn defects(mesh: &Mesh) -> (f64, f64) {
 fn content_hash(mesh: &Mesh) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for p in &mesh.positions {
-        hasher.update(&p.to_array().map(f64::to_bits).map(u64::to_le_bytes).concat());
+        hasher.update(
+            &p.to_array()
+                .map(f64::to_bits)
+                .map(u64::to_le_bytes)
+                .concat(),
+        );
     }
     for n in &mesh.normals {
-        hasher.update(&n.to_array().map(f32::to_bits).map(u32::to_le_bytes).concat());
+        hasher.update(
+            &n.to_array()
+                .map(f32::to_bits)
+                .map(u32::to_le_bytes)
+                .concat(),
+        );
     }
     for t in &mesh.triangles {
         hasher.update(&t.map(u32::to_le_bytes).concat());
@@ -43,13 +53,20 @@ fn content_hash(mesh: &Mesh) -> blake3::Hash {
 
 fn volume(mesh: &Mesh) -> f64 {
     let at = |i: u32| mesh.positions[i as usize];
-    let tetrahedra = mesh.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))) / 6.0);
+    let tetrahedra = mesh
+        .triangles
+        .iter()
+        .map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))) / 6.0);
     tetrahedra.sum()
 }
 
 /// Directed edges without an opposite partner between the same two places.
 fn open_edges(mesh: &Mesh) -> usize {
-    let key = |i: u32| (mesh.positions[i as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
+    let key = |i: u32| {
+        (mesh.positions[i as usize] + DVec3::ZERO)
+            .to_array()
+            .map(f64::to_bits)
+    };
     let mut balance: BTreeMap<_, i32> = BTreeMap::new();
     for &[a, b, c] in &mesh.triangles {
         for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -78,8 +95,14 @@ fn every_part_is_finite_wound_outwards_and_repeatable() {
             let unit = |n: &glam::Vec3| (n.length() - 1.0).abs() < 1e-3;
             assert!(mesh.normals.iter().all(unit), "{place}: normals");
             let (flat, opposed) = defects(&mesh);
-            assert!(flat <= 1e-3, "{place}: {flat} of the triangles have no area");
-            assert!(opposed <= 1e-3, "{place}: {opposed} of the normals oppose the winding");
+            assert!(
+                flat <= 1e-3,
+                "{place}: {flat} of the triangles have no area"
+            );
+            assert!(
+                opposed <= 1e-3,
+                "{place}: {opposed} of the normals oppose the winding"
+            );
             assert_eq!(content_hash(&mesh), content_hash(&make()), "{place}");
         }
     }
@@ -110,11 +133,23 @@ fn solids_of_the_kit_are_closed_and_enclose_their_volume() {
     let circle_volume = std::f64::consts::PI;
     let cases = [
         ("cuboid", kit::cuboid([0.0; 3], [1.0, 2.0, 3.0]), 6.0),
-        ("bevelled", kit::bevelled_box([0.0; 3], [1.0, 2.0, 3.0], 0.01), 6.0),
+        (
+            "bevelled",
+            kit::bevelled_box([0.0; 3], [1.0, 2.0, 3.0], 0.01),
+            6.0,
+        ),
         ("rounded", kit::rounded_box([0.5, 1.0, 1.5], 0.05, 4), 6.0),
         ("sphere", kit::sphere(1.0, 96), circle_volume * 4.0 / 3.0),
-        ("cylinder", kit::cylinder(1.0, 2.0, 0.01, 96), circle_volume * 2.0),
-        ("torus", kit::torus(2.0, 0.5, [96, 48]), circle_volume.powi(2)),
+        (
+            "cylinder",
+            kit::cylinder(1.0, 2.0, 0.01, 96),
+            circle_volume * 2.0,
+        ),
+        (
+            "torus",
+            kit::torus(2.0, 0.5, [96, 48]),
+            circle_volume.powi(2),
+        ),
         (
             "capsule",
             kit::capsule([1.0, 0.0, 0.0], [1.0, 0.0, 2.0], [0.5, 0.5], 96),
@@ -122,7 +157,11 @@ fn solids_of_the_kit_are_closed_and_enclose_their_volume() {
         ),
         (
             "tube",
-            kit::tube(&kit::curve(&[[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]], 4), 0.5, 64),
+            kit::tube(
+                &kit::curve(&[[0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0]], 4),
+                0.5,
+                64,
+            ),
             circle_volume * 0.5,
         ),
         (
@@ -150,7 +189,10 @@ fn solids_of_the_kit_are_closed_and_enclose_their_volume() {
     ];
     for (name, mesh, expected) in cases {
         let found = volume(&mesh);
-        assert!((found / expected - 1.0).abs() < 0.02, "{name}: {found} instead of {expected}");
+        assert!(
+            (found / expected - 1.0).abs() < 0.02,
+            "{name}: {found} instead of {expected}"
+        );
         assert_eq!(open_edges(&mesh), 0, "{name} is not closed");
     }
 }
@@ -167,7 +209,10 @@ fn an_implicit_ball_lies_on_its_sphere_with_its_normals() {
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("pool");
         pool.install(|| generate("statues", Some("near-seated"), &set(0.3)))
     };
     let [one, two] = [run(1), run(2)].map(|m| content_hash(&m.expect("known part")));

@@ -7,11 +7,7 @@ use crate::scene::Mesh;
 
 /// A sheet of `count` vertices per direction over `position(u, v)` with u, v in `[0, 1]`, thickened
 /// by `thickness` against its front side `d/du × d/dv`.
-pub fn sheet(
-    count: [usize; 2],
-    thickness: f64,
-    position: impl Fn(f64, f64) -> DVec3,
-) -> Mesh {
+pub fn sheet(count: [usize; 2], thickness: f64, position: impl Fn(f64, f64) -> DVec3) -> Mesh {
     let [columns, rows] = count.map(|n| n.max(2));
     let at = |i: usize, j: usize| {
         position(
@@ -21,8 +17,7 @@ pub fn sheet(
     };
     let front = shade(lattice([columns, rows], [false; 2], at), 180.0);
     let normals = lattice_normals(columns, rows, &at);
-    let behind =
-        |i: usize, j: usize| at(i, j) - normals[j * columns + i] * thickness;
+    let behind = |i: usize, j: usize| at(i, j) - normals[j * columns + i] * thickness;
     let back = lattice([columns, rows], [false; 2], |i, j| {
         behind(columns - 1 - i, j)
     });
@@ -40,11 +35,7 @@ pub fn sheet(
 }
 
 /// Normals by central differences over the lattice.
-fn lattice_normals(
-    columns: usize,
-    rows: usize,
-    at: &impl Fn(usize, usize) -> DVec3,
-) -> Vec<DVec3> {
+fn lattice_normals(columns: usize, rows: usize, at: &impl Fn(usize, usize) -> DVec3) -> Vec<DVec3> {
     let mut out = Vec::with_capacity(columns * rows);
     for j in 0..rows {
         for i in 0..columns {

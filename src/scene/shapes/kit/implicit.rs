@@ -32,11 +32,7 @@ struct Lattice<F> {
 /// The surface `field = 0` inside the box `bounds` with cells of `cell` metres and normals from the
 /// gradient. `field` is negative inside and must grow by at most about 1.4 per metre; the body must
 /// not touch the bounds. Deterministic for any number of threads.
-pub fn polygonise(
-    bounds: [[f32; 3]; 2],
-    cell: f32,
-    field: impl Fn(Vec3) -> f32 + Sync,
-) -> Mesh {
+pub fn polygonise(bounds: [[f32; 3]; 2], cell: f32, field: impl Fn(Vec3) -> f32 + Sync) -> Mesh {
     let [min, max] = bounds.map(Vec3::from);
     let blocks = ((max - min) / (cell * BLOCK as f32))
         .ceil()
@@ -104,16 +100,18 @@ impl<F: Fn(Vec3) -> f32 + Sync> Lattice<F> {
         };
         let low = corner + Vec3::from(at.map(|c| c as f32)) * self.cell;
         let mut p = low + local * self.cell;
-        let mut gradient = self.gradient(p);
+        let slope = cell_slope(samples, at) / self.cell;
+        let downhill = slope / slope.length_squared().max(0.05);
+        let margin = self.cell * 0.05;
         for _ in 0..2 {
-            let step = (self.field)(p) / gradient.length_squared().max(0.05);
-            let margin = self.cell * 0.05;
-            p = (p - gradient * step).clamp(low + margin, low + self.cell - margin);
-            gradient = self.gradient(p);
+            let step = downhill * (self.field)(p);
+            p = (p - step).clamp(low + margin, low + self.cell - margin);
         }
         patch.vertex_of_cell[slot] = patch.positions.len() as u16;
         patch.positions.push(p);
-        patch.normals.push(gradient.normalize_or_zero());
+        patch
+            .normals
+            .push(self.gradient(p).normalize_or(slope.normalize_or(Vec3::Y)));
     }
 
     /// Four samples on a tetrahedron.
@@ -188,13 +186,33 @@ fn push_split(mesh: &mut Mesh, [a, b, c, d]: [u32; 4]) {
     mesh.triangles.extend(chosen);
 }
 
-/// Mean of the crossings on the twelve edges of a cell, in cell units.
-fn crossing_mean(samples: &[f32], at: [usize; 3]) -> Option<Vec3> {
-    let value = |corner: usize| {
+/// The eight samples at the corners of a cell; bit k of the index is the step along axis k.
+fn corner_values(samples: &[f32], at: [usize; 3]) -> [f32; 8] {
+    std::array::from_fn(|corner| {
         let c = [0, 1, 2].map(|axis| at[axis] + (corner >> axis & 1));
         samples[c[0] + SAMPLES * (c[1] + SAMPLES * c[2])]
+    })
+}
+
+/// Mean gradient of a cell, per cell unit.
+fn cell_slope(samples: &[f32], at: [usize; 3]) -> Vec3 {
+    let values = corner_values(samples, at);
+    let along = |axis: usize| {
+        let signed = |corner: usize| {
+            if corner >> axis & 1 == 1 {
+                values[corner]
+            } else {
+                -values[corner]
+            }
+        };
+        (0..8).map(signed).sum::<f32>() * 0.25
     };
-    let values: [f32; 8] = std::array::from_fn(value);
+    Vec3::new(along(0), along(1), along(2))
+}
+
+/// Mean of the crossings on the twelve edges of a cell, in cell units.
+fn crossing_mean(samples: &[f32], at: [usize; 3]) -> Option<Vec3> {
+    let values = corner_values(samples, at);
     let inside = values.iter().filter(|v| **v < 0.0).count();
     if inside == 0 || inside == 8 {
         return None;
