@@ -343,7 +343,9 @@ impl Scene {
         })?;
         let sanitised = environment.sanitised;
         if sanitised != Sanitised::default() {
-            self.report.notes.push(format!("environment map: {sanitised:?} set to something sane"));
+            self.report.notes.push(format!(
+                "environment map: {sanitised:?} set to something sane"
+            ));
         }
         self.report.environment_bytes = environment.bytes();
         self.report.cost.environment = environment.bytes();

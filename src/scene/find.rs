@@ -7,21 +7,22 @@ use super::mitsuba::load_mitsuba;
 use super::text::nearest;
 use super::{SceneDescription, SceneError};
 
-/// Name and text of every shipped scene: one line each.
-const SHIPPED: &[(&str, &str)] = &[
-    ("atrium", include_str!("../../scenes/atrium/scene.toml")),
-    (
-        "cabinet-room",
-        include_str!("../../scenes/cabinet-room/scene.toml"),
-    ),
-    (
-        "cornell-curved",
-        include_str!("../../scenes/cornell-curved/scene.toml"),
-    ),
-    ("robots", include_str!("../../scenes/robots/scene.toml")),
-    ("stairs", include_str!("../../scenes/stairs/scene.toml")),
-    ("statues", include_str!("../../scenes/statues/scene.toml")),
-    ("table", include_str!("../../scenes/table/scene.toml")),
+macro_rules! shipped {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../scenes/", $name, "/scene.toml")))),*]
+    };
+}
+
+/// Name and text of every shipped scene.
+const SHIPPED: &[(&str, &str)] = shipped![
+    "atrium",
+    "cabinet-room",
+    "cornell-curved",
+    "hard-cases",
+    "robots",
+    "stairs",
+    "statues",
+    "table",
 ];
 
 /// The environment variable with the search path.

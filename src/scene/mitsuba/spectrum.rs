@@ -5,7 +5,6 @@ use super::element::Element;
 use crate::image::srgb_decode;
 use crate::scene::SceneError;
 
-
 /// The colour of an element; `bounded` ones (reflectances given as spectra) are clamped to [0, 1].
 ///
 /// Spectra are weighted with the observer under equal energy, as Mitsuba's RGB modes do: a flat
