@@ -325,9 +325,17 @@ impl Scene {
             }
         }
         if needs.environment {
-            self.report
-                .notes
-                .push("the environment is not loaded yet".into());
+            let environment =
+                Environment::from_description(environment).map_err(|error| SceneError::Scene {
+                    scene: self.name.clone(),
+                    message: error.to_string(),
+                })?;
+            self.report.environment_bytes = environment.bytes();
+            self.report.cost.environment = environment.bytes();
+            if let Some(note) = environment.sanitised.note() {
+                self.report.notes.push(note);
+            }
+            self.environment = Some(environment);
         }
         Ok(())
     }
