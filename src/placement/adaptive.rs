@@ -138,6 +138,7 @@ impl Refinement for Adaptive {
                 ("least_difference", f64::from(last)),
             ],
             notes,
+            map: None,
         }
     }
 }

@@ -120,6 +120,7 @@ impl Refinement for DiscontinuityGuided {
     /// the rest is uniformly random.
     fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement {
         let (map, pairs) = measure(input, self.recipe());
+        let picture = picture(input, &map);
         let (sites, by_importance) = draw(input, map, (count, seed));
         let mut notes = Vec::new();
         if by_importance < sites.len() {
@@ -142,16 +143,16 @@ impl Refinement for DiscontinuityGuided {
                 ("by_importance", by_importance as f64),
             ],
             notes,
+            map: Some(picture),
         }
     }
+}
 
-    /// D(s) of eq. 4, 0 at records and where there is no shading point.
-    fn map(&self, input: &Refinable) -> Option<Vec<f32>> {
-        let (values, _) = measure(input, self.recipe());
-        let of_pixel = |&point: &u32| match point {
-            NO_POINT => 0.0,
-            point => values[point as usize],
-        };
-        Some(input.points.point_of_pixel.iter().map(of_pixel).collect())
-    }
+/// D(s) of eq. 4 per pixel, 0 at records and where there is no shading point.
+fn picture(input: &Refinable, values: &[f32]) -> Vec<f32> {
+    let of_pixel = |&point: &u32| match point {
+        NO_POINT => 0.0,
+        point => values[point as usize],
+    };
+    input.points.point_of_pixel.iter().map(of_pixel).collect()
 }
