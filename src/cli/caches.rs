@@ -3,7 +3,6 @@
 use super::args::CachesArgs;
 use super::exit::{self, Failure};
 use super::render::Prepared;
-use crate::image::write_atomically;
 
 /// Writes `x,y,z,nx,ny,nz,px,py,stage`: scene units in the scene's own frame, pixels from the top
 /// left, stage 0 for the first stage and 1 for the refinement.
@@ -27,7 +26,7 @@ pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
         writer.write_record(&cells)?;
     }
     let bytes = writer.into_inner()?;
-    write_atomically(&args.out, |file| std::io::Write::write_all(file, &bytes))?;
+    std::fs::write(&args.out, bytes)?;
     eprintln!("{} records", rendered.records.len());
     Ok(exit::OK)
 }

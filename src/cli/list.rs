@@ -51,7 +51,7 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
         .iter()
         .filter(|(k, about)| {
             let of_kind = kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'));
-            of_kind && (name == "all" || about.is(name))
+            of_kind && (name == "all" || about.answers_to(name))
         })
         .collect();
     if chosen.is_empty() {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Expression, Row};
-use crate::metric::confidence_interval_95;
+use crate::metric::statistics::Summary;
 
 /// What the rows say of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -50,11 +50,7 @@ pub fn judge(expression: &Expression, rows: &[Row], scenes: &[String]) -> Vec<Ju
     groups
         .into_iter()
         .map(|(scene, at)| {
-            let of_group: Vec<&Row> = rows
-                .iter()
-                .filter(|r| r.ok() && r.scene == scene && sweep_text(r) == at)
-                .collect();
-            judge_group(expression, &of_group, (scene, at))
+            judge_group(expression, rows, (scene, at))
         })
         .collect()
 }
@@ -72,18 +68,23 @@ pub fn sweep_text(row: &Row) -> String {
     parts.join(" ")
 }
 
-fn judge_group(expression: &Expression, rows: &[&Row], (scene, at): (String, String)) -> Judged {
-    let mut seeds: Vec<u64> = rows.iter().map(|r| r.seed).collect();
+/// `LABEL` is a contender on the group's scene, `LABEL@SCENE` one on another scene, at the same
+/// swept values and seed.
+fn judge_group(expression: &Expression, rows: &[Row], (scene, at): (String, String)) -> Judged {
+    let find = |label: &str, seed: u64| {
+        let (label, scene) = label.split_once('@').unwrap_or((label, &scene));
+        rows.iter().find(|r| {
+            r.ok() && r.seed == seed && r.label == label && r.scene == scene && sweep_text(r) == at
+        })
+    };
+    let of_group = rows.iter().filter(|r| r.scene == scene && sweep_text(r) == at);
+    let mut seeds: Vec<u64> = of_group.map(|r| r.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
     let sides: Vec<(f64, f64)> = seeds
         .iter()
         .filter_map(|&seed| {
-            let measured = expression.measure(&|column, label| {
-                rows.iter()
-                    .find(|r| r.seed == seed && r.label == label)
-                    .and_then(|r| r.number(column))
-            })?;
+            let measured = expression.measure(&|column, label| find(label, seed)?.number(column))?;
             Some((measured.smaller, measured.larger))
         })
         .collect();
@@ -91,7 +92,7 @@ fn judge_group(expression: &Expression, rows: &[&Row], (scene, at): (String, Str
     let mean = |side: fn(&(f64, f64)) -> f64| sides.iter().map(side).sum::<f64>() / n.max(1) as f64;
     let (smaller, larger) = (mean(|s| s.0), mean(|s| s.1));
     let differences: Vec<f64> = sides.iter().map(|(s, l)| l - s).collect();
-    let half_width = confidence_interval_95(&differences);
+    let half_width = Summary::of(&differences).and_then(|s| s.half_width);
     let margin = larger - smaller;
     let verdict = if n == 0 || !margin.is_finite() {
         Verdict::NoData

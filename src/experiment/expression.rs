@@ -6,8 +6,8 @@
 //! product    = factor (("*" | "/") factor)*
 //! factor     = number | "(" sum ")" | ("min" | "max") "(" sum ("," sum)* ")" | column "(" LABEL ")"
 //! ```
-//! `rmse(VGC+DGS) < 0.95 * min(rmse(SD), rmse(IM))`: labels are those of the config, columns those
-//! of `rows.csv`.
+//! `rmse(VGC+DGS) < 0.95 * min(rmse(SD), rmse(IM))`: labels are those of the config (`LABEL@SCENE`
+//! for another scene than the one at hand), columns those of `rows.csv`.
 
 /// A parsed comparison.
 #[derive(Clone, Debug, PartialEq)]

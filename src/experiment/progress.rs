@@ -27,7 +27,6 @@ struct State {
     reference_done: u64,
     last_line: Option<Instant>,
     stages: Vec<(String, f64)>,
-    reference_seconds: f64,
 }
 
 impl Progress {

@@ -97,7 +97,11 @@ impl Reference {
         let file = read_layers(path)?;
         let layer = |name: &str| match file.layer(name).map(|l| &l.samples) {
             Some(Samples::Color(image)) => Ok(image.clone()),
-            _ => Err(ImageError::missing_layer(path, name)),
+            _ => Err(ImageError::Decode {
+                path: path.to_owned(),
+                format: "reference",
+                reason: format!("no layer `{name}`; delete the file to render it again"),
+            }),
         };
         let number = |key: &str| file.attributes.get(key).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
         Ok(Self {
@@ -156,7 +160,6 @@ impl ReferenceStore {
             reference.seconds += start.elapsed().as_secs_f64();
             reference.rays += counter.read().closest + counter.read().shadow;
             if reference.samples == wanted || stored.elapsed() > Duration::from_secs(30) {
-                std::fs::create_dir_all(&self.folder).map_err(|e| ImageError::folder(&self.folder, e))?;
                 reference.write(path)?;
                 stored = Instant::now();
             }

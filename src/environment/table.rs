@@ -1,0 +1,107 @@
+//! A piecewise-constant density over rectangles of the sphere.
+
+use rayon::prelude::*;
+
+/// Cells in rows of equal width in φ; within a cell the density per solid angle is constant and
+/// proportional to the cell's value.
+#[derive(Clone, Debug)]
+pub(super) struct SphereTable {
+    columns: usize,
+    /// cos θ of the rows' edges, from 1 down to -1; one more than there are rows.
+    edges: Vec<f64>,
+    /// Running sums of the values in each row.
+    running: Vec<f64>,
+    /// Running sums over rows of Σ value · solid angle.
+    rows: Vec<f64>,
+}
+
+impl SphereTable {
+    /// Values are taken from `value(column, row)`, which must be finite and not negative.
+    pub fn new(
+        columns: usize,
+        edges: Vec<f64>,
+        value: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Self {
+        let row_count = edges.len() - 1;
+        let mut running = vec![0.0; columns * row_count];
+        running
+            .par_chunks_mut(columns)
+            .enumerate()
+            .for_each(|(row, sums)| {
+                let mut sum = 0.0;
+                for (column, entry) in sums.iter_mut().enumerate() {
+                    sum += value(column, row);
+                    *entry = sum;
+                }
+            });
+        let mut total = 0.0;
+        let rows = (0..row_count)
+            .map(|row| {
+                let cell = (edges[row] - edges[row + 1]) * std::f64::consts::TAU / columns as f64;
+                total += running[(row + 1) * columns - 1] * cell;
+                total
+            })
+            .collect();
+        Self {
+            columns,
+            edges,
+            running,
+            rows,
+        }
+    }
+
+    /// Σ value · solid angle.
+    pub fn total(&self) -> f64 {
+        self.rows.last().copied().unwrap_or(0.0)
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.edges.as_slice())
+            + size_of_val(self.running.as_slice())
+            + size_of_val(self.rows.as_slice())
+    }
+
+    fn row_of(&self, row: usize) -> &[f64] {
+        &self.running[row * self.columns..(row + 1) * self.columns]
+    }
+
+    /// A point (φ as a share of the circle, cos θ) and its density per solid angle for `u` in
+    /// [0, 1)²; `None` when all values are zero.
+    pub fn sample(&self, u: [f64; 2]) -> Option<([f64; 2], f64)> {
+        if self.total() <= 0.0 {
+            return None;
+        }
+        let (row, v) = pick(&self.rows, u[1]);
+        let sums = self.row_of(row);
+        let (column, x) = pick(sums, u[0]);
+        let cos = self.edges[row] + v * (self.edges[row + 1] - self.edges[row]);
+        let density = self.value(column, row) / self.total();
+        (density > 0.0).then_some(([(column as f64 + x) / self.columns as f64, cos], density))
+    }
+
+    /// Density per solid angle at φ (share of the circle in [0, 1]) in `row`; 0 when all values are.
+    pub fn density(&self, phi: f64, row: usize) -> f64 {
+        if self.total() <= 0.0 {
+            return 0.0;
+        }
+        let column = ((phi * self.columns as f64) as usize).min(self.columns - 1);
+        self.value(column, row.min(self.rows.len() - 1)) / self.total()
+    }
+
+    fn value(&self, column: usize, row: usize) -> f64 {
+        let sums = self.row_of(row);
+        let before = if column == 0 { 0.0 } else { sums[column - 1] };
+        sums[column] - before
+    }
+}
+
+/// The entry of a running sum that `u` in [0, 1) falls into, never one of zero width, and where in
+/// it. The last sum must be positive.
+fn pick(sums: &[f64], u: f64) -> (usize, f64) {
+    let last = sums[sums.len() - 1];
+    let target = u * last;
+    let index = sums.partition_point(|&s| s <= target).min(sums.len() - 1);
+    let before = if index == 0 { 0.0 } else { sums[index - 1] };
+    let share = (target - before) / (sums[index] - before);
+    (index, share.clamp(0.0, 1.0 - f64::EPSILON))
+}

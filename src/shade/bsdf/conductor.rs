@@ -1,0 +1,66 @@
+//! Metals: the perfect mirror and the rough conductor (single scattering).
+
+use glam::Vec3;
+
+use super::BsdfSample;
+use super::fresnel;
+use super::microfacet::{Ggx, reflect};
+
+/// Fresnel data of a metal at a surface point.
+#[derive(Clone, Copy, Debug)]
+pub struct Conductor {
+    pub eta: Vec3,
+    pub k: Vec3,
+    /// Factor on the reflection.
+    pub specular: Vec3,
+}
+
+impl Conductor {
+    fn reflectance(&self, cos: f32) -> Vec3 {
+        self.specular * fresnel::conductor(cos, self.eta, self.k)
+    }
+
+    /// The perfect mirror.
+    pub(super) fn sample_mirror(&self, view: Vec3) -> Option<BsdfSample> {
+        (view.z > 0.0).then(|| BsdfSample {
+            direction: Vec3::new(-view.x, -view.y, view.z),
+            weight: self.reflectance(view.z),
+            pdf_sr: 1.0,
+            delta: true,
+        })
+    }
+
+    pub(super) fn evaluate(&self, ggx: Ggx, view: Vec3, light: Vec3) -> Vec3 {
+        if view.z <= 0.0 || light.z <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let half = (view + light).normalize();
+        let masking = ggx.masking(view, half) * ggx.masking(light, half);
+        self.reflectance(view.dot(half)) * (ggx.density(half) * masking / (4.0 * view.z))
+    }
+
+    pub(super) fn pdf(&self, ggx: Ggx, view: Vec3, light: Vec3) -> f32 {
+        if view.z <= 0.0 || light.z <= 0.0 {
+            return 0.0;
+        }
+        ggx.reflection_pdf(view, (view + light).normalize())
+    }
+
+    pub(super) fn sample(&self, ggx: Ggx, view: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+        if view.z <= 0.0 {
+            return None;
+        }
+        let half = ggx.sample_visible(view, u);
+        let light = reflect(view, half);
+        let pdf_sr = ggx.reflection_pdf(view, half);
+        if light.z <= 0.0 || pdf_sr <= 0.0 {
+            return None;
+        }
+        Some(BsdfSample {
+            direction: light,
+            weight: self.reflectance(view.dot(half)) * ggx.masking(light, half),
+            pdf_sr,
+            delta: false,
+        })
+    }
+}
