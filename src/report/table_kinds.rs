@@ -176,9 +176,7 @@ pub fn methods(data: &Data, spec: &TableSpec) -> Table {
     }
     let ranked: Vec<&Metric> = metrics
         .iter()
-        .filter(|m| {
-            data.scenes.len() > 1 && data.labels.len() > 1 && m.column.lower_is_better.is_some()
-        })
+        .filter(|m| data.scenes.len() > 1 && tells_apart(data, &m.column))
         .collect();
     if !ranked.is_empty() {
         table.groups.push(Group {
@@ -218,6 +216,20 @@ pub fn methods(data: &Data, spec: &TableSpec) -> Table {
     }
     notes(data, &mut table);
     table
+}
+
+/// Whether a column has a best method anywhere.
+fn tells_apart(data: &Data, column: &Column) -> bool {
+    let cases = data
+        .scenes
+        .iter()
+        .flat_map(|s| data.points.iter().map(move |p| (s, p)));
+    cases.into_iter().any(|case| {
+        let column = column_of(data, case, column, &mut Vec::new());
+        column
+            .iter()
+            .any(|(_, standing)| *standing == Standing::Best)
+    })
 }
 
 /// The rank of each method, averaged over the scenes that have a value of every method.
