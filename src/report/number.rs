@@ -166,10 +166,8 @@ mod tests {
     #[test]
     fn tiny_intervals_are_bounded_instead_of_zero() {
         let style = Style::of(Unit::None, [0.084].into_iter());
-        let estimate = Estimate {
-            half_width: Some(1e-7),
-            ..Estimate::exact(0.084).expect("finite")
-        };
+        let mut estimate = Estimate::exact(0.084).expect("finite");
+        estimate.half_width = Some(1e-7);
         assert_eq!(style.estimate(&estimate), "0.0840 ± <0.0001");
         assert_eq!(lone(-12_345.678), "-12,346");
         assert_eq!(lone(0.0012345), "0.001234");
