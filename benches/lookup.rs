@@ -64,7 +64,7 @@ impl Kiddo<'_> {
 }
 
 fn lookup(criterion: &mut Criterion) {
-    let points = gbuffer::points(1920, 1200);
+    let points = gbuffer::points(1920, 1080);
     let records = records(&points);
     let rule = SearchRule::paper(DistanceMetric::literal(points.diagonal, 1.0));
     let search = RecordSearch::new(&records.0, &records.1, rule);

@@ -1,6 +1,6 @@
 //! The one table of methods.
 
-use crate::placement::{FirstStage, Refinement, im, sd, vgc};
+use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::{Technique, ambient_occlusion};
 
 /// All techniques.
@@ -10,7 +10,7 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[ambient_occlusion::ENTRY];
 pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
 
 /// All refinements of placement.
-pub const REFINEMENTS: &[RefinementEntry] = &[];
+pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
 
 /// The technique with this id or alias, in any case.
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {

@@ -147,6 +147,18 @@ fn clusters_reach_the_budget_before_anything_is_trimmed_or_added() {
     }
 }
 
+/// The same points after a change of units and place, with the matching declaration.
+fn moved(points: &ShadingPoints, scale: f32, offset: Vec3) -> ShadingPoints {
+    let mut out = points.clone();
+    out.position
+        .iter_mut()
+        .for_each(|p| *p = *p * scale + offset);
+    out.depth.iter_mut().for_each(|d| *d *= scale);
+    out.diagonal *= scale;
+    out.metres_per_unit /= scale;
+    out
+}
+
 #[test]
 fn scale_changes_nothing_if_it_is_declared() {
     let points = room(200, 150);
@@ -156,7 +168,7 @@ fn scale_changes_nothing_if_it_is_declared() {
             let scaled = moved(&points, 10f32.powi(exponent), Vec3::ZERO);
             let again = stage.place(&scaled, 600, 3).sites;
             let kept = again.iter().filter(|i| sites.contains(i)).count();
-            assert!(kept >= 570, "{name} scaled by 1e{exponent}: {kept} of 600");
+            assert!(kept >= 585, "{name} scaled by 1e{exponent}: {kept} of 600");
         }
         let exact = moved(&points, 1024.0, Vec3::ZERO);
         let again: HashSet<u32> = stage.place(&exact, 600, 3).sites.into_iter().collect();

@@ -28,7 +28,7 @@ pub fn points(width: usize, height: usize) -> ShadingPoints {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for pixel in 0..width * height {
         let x = (pixel % width) as f32 + 0.5 - 0.5 * width as f32;
-        let y = (pixel / width) as f32 + 0.5 - 0.35 * height as f32;
+        let y = (pixel / width) as f32 + 0.5 - 0.02 * height as f32;
         let scale = 1.2 / width as f32;
         let direction = Vec3::new(x * scale, 1.0, -y * scale).normalize();
         let Some((depth, normal)) = hit(direction, &balls) else {

@@ -125,6 +125,33 @@ impl RecordSearch {
         self.map(positions, normals, answer);
     }
 
+    /// The records of each query in ascending order of record, `stride` numbers for each, filled up
+    /// with `u32::MAX`. `records` must hold `stride` numbers for each query; surplus neighbours,
+    /// those farthest away, are left out.
+    pub fn fill_records(
+        &self,
+        positions: &[Vec3],
+        normals: &[Vec3],
+        (records, stride): (&mut [u32], usize),
+    ) {
+        records
+            .par_chunks_mut((CHUNK * stride).max(1))
+            .enumerate()
+            .for_each_init(Workspace::default, |space, (chunk, out)| {
+                let first = chunk * CHUNK;
+                let range = first..first + out.len() / stride.max(1);
+                let (p, n) = (&positions[range.clone()], &normals[range]);
+                self.answer_chunk(space, (p, n), |i, found| {
+                    let own = &mut out[i * stride..(i + 1) * stride];
+                    own.fill(u32::MAX);
+                    for (record, neighbour) in own.iter_mut().zip(found) {
+                        *record = neighbour.record;
+                    }
+                    own.sort_unstable();
+                });
+            });
+    }
+
     fn answer_chunk(
         &self,
         space: &mut Workspace,

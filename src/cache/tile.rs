@@ -10,6 +10,9 @@ const LANES: usize = 8;
 /// Covers the rounding of a few f32 operations in bounds made by the triangle inequality.
 const SLACK: f32 = 1.0 + 1e-5;
 
+/// A tile is split if its radius is more than this share of the distance to the N-th record.
+const WIDEST: f32 = 0.6;
+
 /// A query with its index in the caller's order.
 #[derive(Clone, Copy)]
 pub(super) struct Query {
@@ -75,51 +78,76 @@ impl Tile {
             .map(|q| squared_distance(q.position, self.centre))
             .fold(0.0, f32::max)
             .sqrt();
-        let reach = self.reach_of_centre(search);
-        if queries.len() > 1 && radius > 0.4 * reach {
+        let bound = self.bound_reach(search, radius);
+        let wide = |reach: f32| queries.len() > 1 && radius > WIDEST * reach;
+        if wide(bound) || wide(self.gather(search, (bound, radius))) {
             let (first, second) = queries.split_at(queries.len() / 2);
             self.answer(search, first, answer);
             self.answer(search, second, answer);
             return;
         }
-        self.gather(search, &region, (reach + radius) * SLACK);
         for query in queries {
             self.choose(search, query);
             answer(query.index, &self.chosen.neighbours);
         }
     }
 
-    /// An upper bound of the distance from the centre to its N-th nearest record.
-    fn reach_of_centre(&mut self, search: &RecordSearch) -> f32 {
+    /// An upper bound of the distance from the centre to its N-th nearest record: from the tile
+    /// before if that is near, by a search of its own otherwise.
+    fn bound_reach(&mut self, search: &RecordSearch, radius: f32) -> f32 {
+        let mut bound = f32::INFINITY;
+        if let Some((centre, reach)) = self.previous {
+            let step = squared_distance(centre, self.centre).sqrt();
+            bound = (reach + step) * SLACK;
+            if step < reach || radius > WIDEST * bound {
+                return bound;
+            }
+        }
+        let squared = (bound * bound).max(f32::MIN_POSITIVE);
         let count = search.rule().candidates;
-        let known = self.previous.map_or(f32::INFINITY, |(centre, reach)| {
-            (reach + squared_distance(centre, self.centre).sqrt()) * SLACK
-        });
-        let bound = (known * known).max(f32::MIN_POSITIVE);
-        let squared = search
-            .tree
-            .nth_squared(self.centre, count, bound, &mut self.nearest);
-        let reach = squared.sqrt();
+        let tree = &search.tree;
+        let squared = tree.nth_squared(self.centre, count, squared, &mut self.nearest);
+        let reach = squared.sqrt() * SLACK;
         self.previous = Some((self.centre, reach));
         reach
     }
 
-    /// Collects all records within `radius` of `region`, those near the centre first.
-    fn gather(&mut self, search: &RecordSearch, region: &Box3, radius: f32) {
+    /// Collects all records that may be among the N nearest of a query, those near the centre
+    /// first, and returns the distance from the centre to its N-th nearest record.
+    ///
+    /// With that distance R and all queries within r of the centre, N records are within R + r of
+    /// any query, so those that count are within R + 2 r of the centre.
+    fn gather(&mut self, search: &RecordSearch, (bound, radius): (f32, f32)) -> f32 {
         let (tree, centre) = (&search.tree, self.centre);
-        let reach = radius * radius;
+        let within = |reach: f32| (reach + 2.0 * radius) * SLACK;
+        let farthest = within(bound) * within(bound);
         self.order.clear();
-        tree.for_each_block(region, radius, |block| {
+        tree.for_each_block(centre, farthest, |block| {
             for slot in block {
-                let outside = tree.squared_to_region(slot, region) > reach;
-                if !outside {
-                    let squared = squared_distance(tree.position[slot], centre);
-                    self.order
-                        .push(u64::from(squared.to_bits()) << 32 | slot as u64);
+                let squared = squared_distance(tree.position[slot], centre);
+                if !(squared > farthest) {
+                    let key = u64::from(squared.to_bits()) << 32 | slot as u64;
+                    self.order.push(key);
                 }
             }
         });
         self.order.sort_unstable();
+        let squared = |key: &u64| f32::from_bits((key >> 32) as u32);
+        let nth = self.order.get(search.rule().candidates - 1);
+        let reach = nth.map_or(f32::INFINITY, |key| squared(key).sqrt());
+        if reach.is_finite() {
+            self.previous = Some((centre, reach));
+        }
+        let farthest = within(reach) * within(reach);
+        let kept = self.order.partition_point(|key| !(squared(key) > farthest));
+        self.order.truncate(kept);
+        self.pack(search);
+        reach
+    }
+
+    /// Copies the candidates in `order` to groups.
+    fn pack(&mut self, search: &RecordSearch) {
+        let tree = &search.tree;
         self.groups.clear();
         for keys in self.order.chunks(LANES) {
             let mut group = EMPTY_GROUP;

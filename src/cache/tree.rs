@@ -38,11 +38,10 @@ impl Box3 {
         }
     }
 
-    /// Squared distance between two boxes, 0 if they overlap.
+    /// Squared distance to a point, 0 inside.
     #[inline]
-    fn squared_distance(&self, other: &Self) -> f32 {
-        let gap = (self.min - other.max).max(other.min - self.max);
-        let gap = gap.max(Vec3A::ZERO);
+    fn squared_to(&self, point: Vec3A) -> f32 {
+        let gap = (self.min - point).max(point - self.max).max(Vec3A::ZERO);
         gap.dot(gap)
     }
 }
@@ -136,13 +135,9 @@ impl RecordTree {
         if self.len() < count || count == 0 {
             return f32::INFINITY;
         }
-        let query = Box3 {
-            min: point,
-            max: point,
-        };
         let mut worst = bound;
         let mut stack = [(0usize, 0.0f32); STACK];
-        stack[0] = (1, self.boxes[1].squared_distance(&query));
+        stack[0] = (1, self.boxes[1].squared_to(point));
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
@@ -162,11 +157,8 @@ impl RecordTree {
                 }
                 continue;
             }
-            let left = (2 * node, self.boxes[2 * node].squared_distance(&query));
-            let right = (
-                2 * node + 1,
-                self.boxes[2 * node + 1].squared_distance(&query),
-            );
+            let left = (2 * node, self.boxes[2 * node].squared_to(point));
+            let right = (2 * node + 1, self.boxes[2 * node + 1].squared_to(point));
             let (near, far) = if left.1 <= right.1 {
                 (left, right)
             } else {
@@ -179,23 +171,23 @@ impl RecordTree {
         worst
     }
 
-    /// Calls `found` with the slots of all blocks that may hold records within `radius` of `region`.
+    /// Calls `found` with the slots of all blocks that may hold records within the root of
+    /// `farthest` of `point`.
     pub fn for_each_block(
         &self,
-        region: &Box3,
-        radius: f32,
+        point: Vec3A,
+        farthest: f32,
         mut found: impl FnMut(std::ops::Range<usize>),
     ) {
         if self.len() == 0 {
             return;
         }
-        let reach = radius * radius;
         let mut stack = [1usize; STACK];
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
             let node = stack[depth];
-            if self.boxes[node].squared_distance(region) > reach {
+            if self.boxes[node].squared_to(point) > farthest {
                 continue;
             }
             if node >= self.leaves {
@@ -206,13 +198,6 @@ impl RecordTree {
                 depth += 2;
             }
         }
-    }
-
-    /// Squared distance from a slot's record to a region.
-    #[inline]
-    pub fn squared_to_region(&self, slot: usize, region: &Box3) -> f32 {
-        let p = self.position[slot];
-        Box3 { min: p, max: p }.squared_distance(region)
     }
 }
 

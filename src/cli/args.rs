@@ -195,12 +195,12 @@ pub struct CompareArgs {
     /// Writes error and FLIP maps into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Factor to display-referred values for linear images
-    #[arg(long, default_value_t = 1.0)]
+    /// Exposure of linear images before they are clamped for display metrics, in stops
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
     /// Pixels per degree of visual angle, for FLIP
     #[arg(long)]
-    pub ppd: Option<f64>,
+    pub ppd: Option<f32>,
 }
 
 #[derive(Debug, Subcommand)]

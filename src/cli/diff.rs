@@ -3,7 +3,7 @@
 use super::args::DiffArgs;
 use super::exit::{self, Failure};
 use crate::experiment::{Row, Store};
-use crate::metric::confidence_interval_95;
+use crate::metric::statistics::Summary;
 
 const COLUMNS: &[&str] = &["rmse", "relmse", "flip_ldr", "ssim", "rays", "shadow_rays", "lookups", "seconds_total"];
 
@@ -65,7 +65,7 @@ fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<String> {
     let mean = |side: fn(&(f64, f64)) -> f64| values.iter().map(side).sum::<f64>() / values.len() as f64;
     let (a, b) = (mean(|v| v.0), mean(|v| v.1));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
-    let significance = match confidence_interval_95(&differences) {
+    let significance = match Summary::of(&differences).and_then(|s| s.half_width) {
         None => "one pair".to_owned(),
         Some(half) if (b - a).abs() > half => format!("significant, ±{half:.2e}"),
         Some(half) => format!("within noise, ±{half:.2e}"),

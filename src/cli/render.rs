@@ -213,7 +213,7 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
     };
     let prepared = Prepared::new(&args.contender)?;
     let rendered = prepared.render()?;
-    let exposure = prepared.scene.exposure;
+    let exposure = prepared.scene.exposure.log2();
     if png {
         write_png(&args.out, &rendered.image, exposure)?;
     } else {
@@ -249,7 +249,7 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
             "height": height,
             "spp": prepared.spp,
             "seed": prepared.seed,
-            "exposure": prepared.scene.exposure,
+            "exposure_stops": prepared.scene.exposure.log2(),
             "caches": rendered.records.len(),
             "rays": rendered.rays.closest,
             "shadow_rays": rendered.rays.shadow,

@@ -48,6 +48,19 @@ pub struct Sanitised {
     pub negative: usize,
 }
 
+impl Sanitised {
+    /// A sentence about what was replaced; `None` when nothing was.
+    pub fn note(&self) -> Option<String> {
+        (*self != Self::default()).then(|| {
+            format!(
+                "environment map repaired: {} NaN and {} negative values became 0, {} infinite ones \
+                 the largest finite one",
+                self.nan, self.negative, self.infinite
+            )
+        })
+    }
+}
+
 /// A direction drawn by importance.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentSample {

@@ -99,7 +99,7 @@ impl SphereTable {
 /// it. The last sum must be positive.
 fn pick(sums: &[f64], u: f64) -> (usize, f64) {
     let last = sums[sums.len() - 1];
-    let target = (u * last).min(last.next_down());
+    let target = u * last;
     let index = sums.partition_point(|&s| s <= target).min(sums.len() - 1);
     let before = if index == 0 { 0.0 } else { sums[index - 1] };
     let share = (target - before) / (sums[index] - before);

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Expression, Row};
-use crate::metric::confidence_interval_95;
+use crate::metric::statistics::Summary;
 
 /// What the rows say of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -92,7 +92,7 @@ fn judge_group(expression: &Expression, rows: &[Row], (scene, at): (String, Stri
     let mean = |side: fn(&(f64, f64)) -> f64| sides.iter().map(side).sum::<f64>() / n.max(1) as f64;
     let (smaller, larger) = (mean(|s| s.0), mean(|s| s.1));
     let differences: Vec<f64> = sides.iter().map(|(s, l)| l - s).collect();
-    let half_width = confidence_interval_95(&differences);
+    let half_width = Summary::of(&differences).and_then(|s| s.half_width);
     let margin = larger - smaller;
     let verdict = if n == 0 || !margin.is_finite() {
         Verdict::NoData

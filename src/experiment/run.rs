@@ -168,7 +168,7 @@ impl Runner {
             reference: Some(&reference.mean),
         };
         let options = CompareOptions {
-            exposure: frame.scene.exposure,
+            exposure: frame.scene.exposure.log2(),
             maps: true,
             ..CompareOptions::default()
         };
@@ -189,7 +189,7 @@ impl Runner {
                     rendered,
                     comparison,
                     reference: reference.mean.clone(),
-                    exposure: frame.scene.exposure,
+                    exposure: frame.scene.exposure.log2(),
                 };
                 (row, Some(pictures))
             }
@@ -270,6 +270,7 @@ struct Pictures {
     rendered: Rendered,
     comparison: Comparison,
     reference: Image,
+    /// Stops.
     exposure: f32,
 }
 
@@ -287,8 +288,8 @@ impl Pictures {
             Layer::color("error", difference(image, &self.reference)),
             Layer::gray("records", plane(self.record_map())),
         ];
-        if let Some(flip) = &self.comparison.flip_map {
-            layers.push(Layer::gray("flip", flip.clone()));
+        if let Some(maps) = &self.comparison.maps {
+            layers.push(Layer::gray("flip", maps.flip_ldr.clone()));
         }
         if let Some(map) = &self.rendered.discontinuity {
             layers.push(Layer::gray("discontinuity", plane(map.clone())));

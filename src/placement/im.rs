@@ -29,7 +29,7 @@ pub struct ImageSpace {
 /// Registry entry.
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
-        id: "im",
+        id: "IM",
         aliases: &["image-space", "uniform"],
         summary: "uniform random distinct pixels",
         source: "Wu & Shen 2023, section 4 (baseline IM); Georgiev et al. 2012",

@@ -2,15 +2,21 @@
 //! records already computed. A placement knows nothing of the cached function; it picks shading
 //! points, by index.
 
+pub mod adaptive;
 mod cones;
 mod cut;
+pub mod dgs;
+mod discontinuity;
 mod hierarchy;
 pub mod im;
 mod members;
+mod pairs;
 mod pick;
 mod representative;
 pub mod sd;
 pub mod vgc;
+
+use glam::Vec3;
 
 use crate::cache::{RecordSearch, ShadingPoints};
 use crate::registry::ParameterError;
@@ -48,6 +54,16 @@ pub struct Refinable<'a> {
     pub search: &'a RecordSearch,
     /// Summed absolute difference of the gathering samples of two records (indices into `sites`).
     pub difference: &'a (dyn Fn(u32, u32) -> f32 + Sync),
+}
+
+impl Refinable<'_> {
+    /// Positions and normals of the records.
+    fn records(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+        let sites = self.sites.iter().map(|&i| i as usize);
+        sites
+            .map(|i| (self.points.position[i], self.points.normal[i]))
+            .unzip()
+    }
 }
 
 /// Additional records where the first ones show that they are needed.

@@ -73,7 +73,7 @@ impl Default for SpatialDirectional {
 /// Registry entry.
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
-        id: "sd",
+        id: "SD",
         aliases: &["spatial-directional"],
         summary: "6-D clusters of positions and scaled normals, a random member of each",
         source: "Ou & Pellacini 2011 (LightSlice), section 4 and the authors' code; threshold and \

@@ -70,7 +70,7 @@ impl Default for ViewGuided {
 /// Registry entry.
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
-        id: "vgc",
+        id: "VGC",
         aliases: &["view-guided", "view-guided-clustering"],
         summary: "clusters by position, then by normal, with thresholds that grow with depth",
         source: "Wu & Shen 2023, section 3.1, eq. 1 and 2. Readings: the sign of (α − 1), \

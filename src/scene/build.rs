@@ -11,7 +11,7 @@ use super::{
     Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, Needs,
     SceneDescription, SceneError, Texture, TextureDescription, View,
 };
-use crate::environment::{Environment, EnvironmentError, Sanitised};
+use crate::environment::{Environment, EnvironmentError};
 
 /// A loaded scene: world-space triangles around the centre of the bounding box, and what the
 /// technique asked for. Attribute vectors that were not needed are empty.
@@ -341,11 +341,8 @@ impl Scene {
                 message: other.to_string(),
             },
         })?;
-        let sanitised = environment.sanitised;
-        if sanitised != Sanitised::default() {
-            self.report.notes.push(format!(
-                "environment map: {sanitised:?} set to something sane"
-            ));
+        if let Some(note) = environment.sanitised.note() {
+            self.report.notes.push(note);
         }
         self.report.environment_bytes = environment.bytes();
         self.report.cost.environment = environment.bytes();

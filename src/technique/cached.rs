@@ -8,7 +8,7 @@ use super::{Contender, Frame, PlacedRecord, Rendered, Site, Stages, Technique, s
 use crate::cache::{
     DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints, inverse_distance_weights};
 use crate::image::Image;
-use crate::metric::rmse;
+use crate::metric::pixel_errors;
 use crate::placement::{FirstStage, Refinable};
 use crate::trace::RayCounter;
 
@@ -104,7 +104,7 @@ pub fn render(
     let mut best: Option<(f64, Rendered)> = None;
     for first in &candidates {
         let rendered = render_setting(technique, frame, contender, first.as_ref())?;
-        let error = rmse(reference, &rendered.image);
+        let error = pixel_errors(reference, &rendered.image).mse;
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, rendered));
         }

@@ -1,6 +1,6 @@
 //! Shading points for placement tests, without a scene.
 
-use glam::Vec3;
+use glam::{EulerRot, Quat, Vec3};
 use lightbench::cache::{NO_POINT, ShadingPoints};
 use lightbench::sample::Rng;
 
@@ -40,9 +40,10 @@ pub fn film(
     points
 }
 
-/// A ball of radius 1 before a slightly irregular ground that runs away; the sky stays empty.
+/// A ball of radius 1 before a slightly irregular ground that runs away; the sky stays empty. Turned
+/// so that no row of pixels lies along an axis.
 pub fn room(width: usize, height: usize) -> ShadingPoints {
-    film((width, height), |x, y| {
+    let mut points = film((width, height), |x, y| {
         let mut rng = Rng::new(3, x.to_bits().into(), y.to_bits().into(), 0);
         let direction = Vec3::new(x - 0.5, 1.0, 0.45 - y);
         let centre = Vec3::new(0.3, 4.0, -0.4);
@@ -56,7 +57,11 @@ pub fn room(width: usize, height: usize) -> ShadingPoints {
         let depth = -1.4 / unit.z;
         let bump = Vec3::new(rng.next_f32() - 0.5, rng.next_f32() - 0.5, 8.0);
         (unit.z < 0.0 && depth < 30.0).then(|| (unit * depth, bump.normalize()))
-    })
+    });
+    let turn = Quat::from_euler(EulerRot::XYZ, 0.3, -0.5, 0.8);
+    points.position.iter_mut().for_each(|p| *p = turn * *p);
+    points.normal.iter_mut().for_each(|n| *n = turn * *n);
+    points
 }
 
 /// All pixels see the same point.
@@ -87,16 +92,4 @@ pub fn dome(width: usize, height: usize) -> ShadingPoints {
         let direction = Vec3::new(2.0 * x - 1.0, 1.0, 2.0 * y - 1.0).normalize();
         Some((direction * 5.0, -direction))
     })
-}
-
-/// The same points after a change of units and place, with the matching declaration.
-pub fn moved(points: &ShadingPoints, scale: f32, offset: Vec3) -> ShadingPoints {
-    let mut out = points.clone();
-    out.position
-        .iter_mut()
-        .for_each(|p| *p = *p * scale + offset);
-    out.depth.iter_mut().for_each(|d| *d *= scale);
-    out.diagonal *= scale;
-    out.metres_per_unit /= scale;
-    out
 }

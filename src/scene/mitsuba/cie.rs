@@ -3,6 +3,16 @@
 /// Wavelength of the first entry of [`OBSERVER`] and the distance between entries (nm).
 pub(super) const FIRST_NM: f64 = 380.0;
 pub(super) const STEP_NM: f64 = 5.0;
+pub(super) const LAST_NM: f64 = 780.0;
+
+/// Relative spectral power of CIE standard illuminant D65 from 380 to 780 nm every 10 nm.
+pub(super) const DAYLIGHT: [f64; 41] = [
+    49.9755, 54.6482, 82.7549, 91.4860, 93.4318, 86.6823, 104.865, 117.008, 117.812, 114.861,
+    115.923, 108.811, 109.354, 107.802, 104.790, 107.689, 104.405, 104.046, 100.000, 96.3342,
+    95.7880, 88.6856, 90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268, 80.2146, 82.2778,
+    78.2842, 69.7213, 71.6091, 74.3490, 61.6040, 69.8856, 75.0870, 63.5927, 46.4182, 66.8054,
+    63.3828,
+];
 
 /// Colour matching functions x̄, ȳ, z̄ of the 2° observer (CIE 15, six decimals).
 #[rustfmt::skip]

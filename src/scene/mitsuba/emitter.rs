@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::Importer;
 use super::element::Element;
-use super::spectrum::colour;
+use super::spectrum::{colour, emitted_colour};
 use super::transform::{transform, vector};
 use crate::scene::{EnvironmentDescription, LightDescription, SceneError};
 
@@ -76,7 +76,7 @@ impl<'a> Importer<'a> {
 
     fn emitted(&mut self, element: &'a Element, name: &str) -> Result<[f32; 3], SceneError> {
         match element.child(name) {
-            Some(value) => colour(self.resolved(value)?, false),
+            Some(value) => emitted_colour(self.resolved(value)?),
             None => Ok([1.0; 3]),
         }
     }

@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::Importer;
 use super::element::Element;
-use super::spectrum::colour;
+use super::spectrum::emitted_colour;
 use super::transform::{transform, vector};
 use crate::scene::{SceneError, ShapeDescription, ShapeSource};
 
@@ -139,6 +139,6 @@ impl<'a> Importer<'a> {
             self.note("a textured area light emits a constant radiance of 0.5 instead");
             return Ok(Some([0.5; 3]));
         }
-        colour(radiance, false).map(Some)
+        emitted_colour(radiance).map(Some)
     }
 }

@@ -1,14 +1,29 @@
 //! Colours: `<rgb>`, `<srgb>`, `<spectrum>`, `<blackbody>` as linear Rec.709.
 
-use super::cie::{FIRST_NM, OBSERVER, STEP_NM};
+use super::cie::{DAYLIGHT, FIRST_NM, LAST_NM, OBSERVER, STEP_NM};
 use super::element::Element;
 use crate::image::srgb_decode;
 use crate::scene::SceneError;
 
-/// The colour of an element; `bounded` ones (reflectances given as spectra) are clamped to [0, 1].
+/// The radiance or irradiance of an element. A flat `<spectrum>` has the chromaticity of equal
+/// energy, (1.205, 0.948, 0.909), as in Mitsuba's RGB modes.
+pub(super) fn emitted_colour(element: &Element) -> Result<[f32; 3], SceneError> {
+    let rgb = colour(element, false)?;
+    let flat = element.tag == "spectrum"
+        && element
+            .attribute("value")
+            .is_some_and(|v| !v.contains(':') && element.numbers("value").is_ok_and(|n| n.len() == 1));
+    if !flat {
+        return Ok(rgb);
+    }
+    let white = of_spectrum(&[[FIRST_NM, 1.0], [LAST_NM, 1.0]], false);
+    Ok(std::array::from_fn(|c| rgb[c] * white[c] as f32))
+}
+
+/// The colour of an element; `bounded` ones (reflectances) are clamped to [0, 1].
 ///
-/// Spectra are weighted with the observer under equal energy, as Mitsuba's RGB modes do: a flat
-/// reflectance is therefore slightly red, (1.205, 0.948, 0.909).
+/// As in Mitsuba's RGB modes, the spectrum of a reflectance is seen under daylight (D65, so that a
+/// flat one is grey), any other under equal energy.
 pub(super) fn colour(element: &Element, bounded: bool) -> Result<[f32; 3], SceneError> {
     element.used.set(true);
     let result = match element.tag.as_str() {
@@ -138,15 +153,15 @@ fn blackbody(element: &Element) -> Result<[f64; 3], SceneError> {
 }
 
 /// Linear Rec.709 of a piecewise linear spectrum (zero outside its ends), normalized so that a flat
-/// spectrum of 1 has luminance 1; negative values are clamped.
+/// spectrum of 1 has luminance 1; negative values are clamped. Bounded ones are seen under D65.
 fn of_spectrum(pairs: &[[f64; 2]], bounded: bool) -> [f64; 3] {
     let mut xyz = [0.0; 3];
     let mut total_y = 0.0;
     let steps = 1600;
-    let last_nm = FIRST_NM + STEP_NM * (OBSERVER.len() - 1) as f64;
     for i in 0..=steps {
-        let nm = FIRST_NM + (last_nm - FIRST_NM) * f64::from(i) / f64::from(steps);
-        let matching = observer(nm);
+        let nm = FIRST_NM + (LAST_NM - FIRST_NM) * f64::from(i) / f64::from(steps);
+        let light = if bounded { daylight(nm) } else { 1.0 };
+        let matching = observer(nm).map(|m| m * light);
         total_y += matching[1];
         let value = interpolated(pairs, nm);
         for (sum, m) in xyz.iter_mut().zip(matching) {
@@ -160,6 +175,14 @@ fn of_spectrum(pairs: &[[f64; 2]], bounded: bool) -> [f64; 3] {
         0.055_648 * x - 0.204_043 * y + 1.057_311 * z,
     ];
     rgb.map(|v| v.clamp(0.0, if bounded { 1.0 } else { f64::MAX }))
+}
+
+/// Relative power of CIE D65.
+fn daylight(nm: f64) -> f64 {
+    let at = ((nm - FIRST_NM) / (2.0 * STEP_NM)).clamp(0.0, (DAYLIGHT.len() - 1) as f64);
+    let index = (at as usize).min(DAYLIGHT.len() - 2);
+    let t = at - index as f64;
+    DAYLIGHT[index] * (1.0 - t) + DAYLIGHT[index + 1] * t
 }
 
 fn observer(nm: f64) -> [f64; 3] {

@@ -1,0 +1,291 @@
+//! Choosing a light: emitting triangles, parallel light and the environment.
+
+use glam::Vec3;
+
+use super::surface::Interaction;
+use crate::image::luminance;
+use crate::sample::Rng;
+use crate::scene::Scene;
+use crate::trace::{Ray, offset_origin};
+
+/// All lights of a scene. A group (triangles, parallel, environment) is chosen half by its power
+/// and half evenly, so that a strong light far away cannot starve a lamp; within a group by power.
+pub struct Lights<'a> {
+    scene: &'a Scene,
+    triangles: Vec<EmittingTriangle>,
+    /// Running sums of the triangles' power.
+    triangle_power: Vec<f64>,
+    /// Index of a shape's first entry in `triangles`, for shapes that emit.
+    first_of_shape: Vec<Option<u32>>,
+    parallel_power: Vec<f64>,
+    /// Probability of each group; all zero when nothing shines.
+    groups: [f64; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct EmittingTriangle {
+    corner: Vec3,
+    edges: [Vec3; 2],
+    normal: Vec3,
+    emission: Vec3,
+    /// Probability among all lights over the area: density per unit area.
+    pdf_area: f32,
+}
+
+/// A light seen from a surface point.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit, towards the light.
+    pub direction: Vec3,
+    /// Radiance, or irradiance of a facing surface when `delta`.
+    pub radiance: Vec3,
+    /// Density per steradian; the probability of the choice when `delta`.
+    pub pdf_sr: f32,
+    /// Whether sampling directions cannot find this light.
+    pub delta: bool,
+    /// Unoccluded when nothing is met by this ray.
+    pub shadow_ray: Ray,
+}
+
+impl<'a> Lights<'a> {
+    /// Collects what emits. Non-finite and negative emission counts as none.
+    pub fn new(scene: &'a Scene) -> Self {
+        let mut lights = Self {
+            scene,
+            triangles: Vec::new(),
+            triangle_power: Vec::new(),
+            first_of_shape: vec![None; scene.shapes.len()],
+            parallel_power: Vec::new(),
+            groups: [0.0; 3],
+        };
+        let area_power = lights.collect_triangles();
+        let radius = f64::from(scene.diagonal) * 0.5;
+        let disk = std::f64::consts::PI * radius * radius;
+        let mut parallel = 0.0;
+        for (_, irradiance) in &scene.directional_lights {
+            parallel += usable(*irradiance) * disk;
+            lights.parallel_power.push(parallel);
+        }
+        let sky = scene
+            .environment
+            .as_ref()
+            .map_or(0.0, |e| e.total_luminance() * disk);
+        lights.groups = mix([area_power, parallel, sky]);
+        let share = lights.groups[0] / area_power;
+        for triangle in &mut lights.triangles {
+            let power = f64::from(luminance(triangle.emission.into())) * std::f64::consts::PI;
+            triangle.pdf_area = (power * share) as f32;
+        }
+        lights
+    }
+
+    fn collect_triangles(&mut self) -> f64 {
+        let mut total = 0.0;
+        let scene = self.scene;
+        for (shape, first) in scene.shapes.iter().zip(&mut self.first_of_shape) {
+            let Some(emission) = shape.emission.filter(|e| usable(*e) > 0.0) else {
+                continue;
+            };
+            *first = Some(self.triangles.len() as u32);
+            let range = shape.first_triangle as usize..;
+            for corners in &scene.triangles[range][..shape.triangle_count as usize] {
+                let [p0, p1, p2] = corners.map(|i| scene.positions[i as usize]);
+                let edges = [p1 - p0, p2 - p0];
+                let doubled = edges[0].as_dvec3().cross(edges[1].as_dvec3());
+                let area = 0.5 * doubled.length();
+                total += area * usable(emission) * std::f64::consts::PI;
+                self.triangle_power.push(total);
+                self.triangles.push(EmittingTriangle {
+                    corner: p0,
+                    edges,
+                    normal: doubled.normalize_or_zero().as_vec3(),
+                    emission: emission.into(),
+                    pdf_area: 0.0,
+                });
+            }
+        }
+        total
+    }
+
+    /// Whether nothing shines.
+    pub fn is_dark(&self) -> bool {
+        self.groups == [0.0; 3]
+    }
+
+    /// One light as seen from `from`; `None` where the chosen light cannot reach it.
+    pub fn sample(&self, from: &Interaction, rng: &mut Rng) -> Option<LightSample> {
+        if self.is_dark() {
+            return None;
+        }
+        let choice = rng.next_f64();
+        let [u, v] = [rng.next_f64(), rng.next_f64()];
+        if choice < self.groups[0] {
+            let index = pick(&self.triangle_power, choice / self.groups[0]);
+            self.sample_triangle(&self.triangles[index], from, [u as f32, v as f32])
+        } else if choice < self.groups[0] + self.groups[1] {
+            self.sample_parallel(from, (choice - self.groups[0]) / self.groups[1])
+        } else {
+            let sample = self.scene.environment.as_ref()?.sample([u, v])?;
+            Some(LightSample {
+                direction: sample.direction,
+                radiance: sample.radiance.into(),
+                pdf_sr: sample.pdf_sr * self.groups[2] as f32,
+                delta: false,
+                shadow_ray: self.spawn(from, sample.direction),
+            })
+        }
+    }
+
+    fn sample_triangle(
+        &self,
+        light: &EmittingTriangle,
+        from: &Interaction,
+        [u, v]: [f32; 2],
+    ) -> Option<LightSample> {
+        let root = u.sqrt();
+        let point =
+            light.corner + light.edges[0] * (root * (1.0 - v)) + light.edges[1] * (root * v);
+        let towards = point - from.position;
+        let distance2 = towards.length_squared();
+        let direction = towards.try_normalize()?;
+        let cos = -direction.dot(light.normal);
+        let pdf_sr = light.pdf_area * distance2 / cos;
+        if cos <= 0.0 || !pdf_sr.is_finite() || pdf_sr <= 0.0 {
+            return None;
+        }
+        let start = self.spawn(from, direction).origin;
+        let end = offset_origin(point, light.normal, self.scene.diagonal);
+        let way = end - start;
+        let length = way.length();
+        Some(LightSample {
+            direction,
+            radiance: light.emission,
+            pdf_sr,
+            delta: false,
+            shadow_ray: Ray {
+                t_max: length * (1.0 - 1e-6),
+                ..Ray::new(start, way.try_normalize()?)
+            },
+        })
+    }
+
+    fn sample_parallel(&self, from: &Interaction, choice: f64) -> Option<LightSample> {
+        let index = pick(&self.parallel_power, choice);
+        let (travel, irradiance) = self.scene.directional_lights[index];
+        let total = self.parallel_power[self.parallel_power.len() - 1];
+        let direction = -travel.try_normalize()?;
+        Some(LightSample {
+            direction,
+            radiance: irradiance.into(),
+            pdf_sr: (usable(irradiance) * self.disk() / total * self.groups[1]) as f32,
+            delta: true,
+            shadow_ray: self.spawn(from, direction),
+        })
+    }
+
+    fn disk(&self) -> f64 {
+        let radius = f64::from(self.scene.diagonal) * 0.5;
+        std::f64::consts::PI * radius * radius
+    }
+
+    /// A ray that leaves the surface on the side of `direction`.
+    pub fn spawn(&self, from: &Interaction, direction: Vec3) -> Ray {
+        let side = if direction.dot(from.geometric_normal) < 0.0 {
+            -from.geometric_normal
+        } else {
+            from.geometric_normal
+        };
+        Ray::new(
+            offset_origin(from.position, side, self.scene.diagonal),
+            direction,
+        )
+    }
+
+    /// Radiance emitted at `at` towards its viewer: on the front of the geometric normal only.
+    pub fn emitted(&self, at: &Interaction) -> Vec3 {
+        match self.triangle_of(at) {
+            Some(light) if at.view.dot(at.geometric_normal) > 0.0 => light.emission,
+            _ => Vec3::ZERO,
+        }
+    }
+
+    /// Density (1/sr) with which [`Lights::sample`] finds the emitting point `at`, `distance` away
+    /// against its `view`.
+    pub fn pdf_emitted(&self, at: &Interaction, distance: f32) -> f32 {
+        let cos = at.view.dot(at.geometric_normal);
+        match self.triangle_of(at) {
+            Some(light) if cos > 0.0 => light.pdf_area * distance * distance / cos,
+            _ => 0.0,
+        }
+    }
+
+    fn triangle_of(&self, at: &Interaction) -> Option<&EmittingTriangle> {
+        let shape = at.shape as usize;
+        let first = (*self.first_of_shape.get(shape)?)?;
+        let offset = at.triangle - self.scene.shapes[shape].first_triangle;
+        self.triangles.get((first + offset) as usize)
+    }
+
+    /// Radiance of the environment from a direction; black without one.
+    pub fn environment(&self, direction: Vec3) -> Vec3 {
+        self.scene
+            .environment
+            .as_ref()
+            .map_or(Vec3::ZERO, |e| e.radiance(direction).into())
+    }
+
+    /// Density (1/sr) with which [`Lights::sample`] finds the environment in `direction`.
+    pub fn pdf_environment(&self, direction: Vec3) -> f32 {
+        self.scene
+            .environment
+            .as_ref()
+            .map_or(0.0, |e| e.pdf(direction) * self.groups[2] as f32)
+    }
+}
+
+/// Luminance of a light's colour; 0 unless all channels are finite and none is negative.
+fn usable(rgb: [f32; 3]) -> f64 {
+    if rgb.iter().all(|c| c.is_finite() && *c >= 0.0) {
+        f64::from(luminance(rgb))
+    } else {
+        0.0
+    }
+}
+
+/// Half in proportion to the powers, half even among those above zero.
+fn mix(powers: [f64; 3]) -> [f64; 3] {
+    let total: f64 = powers.iter().sum();
+    let lit = powers.iter().filter(|p| **p > 0.0).count() as f64;
+    if total <= 0.0 || !total.is_finite() {
+        return [0.0; 3];
+    }
+    powers.map(|p| {
+        if p > 0.0 {
+            0.5 * (p / total + 1.0 / lit)
+        } else {
+            0.0
+        }
+    })
+}
+
+/// The entry of a running sum that `u` in [0, 1) falls into.
+fn pick(sums: &[f64], u: f64) -> usize {
+    let target = u * sums[sums.len() - 1];
+    sums.partition_point(|&s| s <= target).min(sums.len() - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_are_chosen_by_power_and_evenly() {
+        assert_eq!(mix([0.0; 3]), [0.0; 3]);
+        assert_eq!(mix([3.0, 0.0, 0.0]), [1.0, 0.0, 0.0]);
+        assert_eq!(mix([1.0, 0.0, 3.0]), [0.375, 0.0, 0.625]);
+        assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.0), 1);
+        assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.5), 3);
+        assert_eq!(usable([f32::NAN, 1.0, 1.0]), 0.0);
+        assert_eq!(usable([-1.0, 1.0, 1.0]), 0.0);
+    }
+}

@@ -1,0 +1,171 @@
+//! The path tracer: next-event estimation and BSDF sampling, combined by the power heuristic.
+
+use glam::Vec3;
+
+use super::light::Lights;
+use super::surface::{Interaction, Surfaces};
+use crate::sample::Rng;
+use crate::scene::Scene;
+use crate::trace::{Caster, Ray, Tracer};
+
+/// Path depth of direct lighting: emission and one scattering.
+pub const DIRECT_LIGHTING: u32 = 2;
+
+/// Estimates the light transport of a scene.
+pub struct PathTracer<'a> {
+    surfaces: Surfaces<'a>,
+    lights: Lights<'a>,
+    tracer: &'a Tracer,
+    roulette_from: Option<u32>,
+}
+
+/// What a path carries from one vertex to the next.
+struct Carried {
+    throughput: Vec3,
+    /// Density of the direction the ray was sampled with.
+    pdf_sr: f32,
+    /// Whether lights could not have been sampled in that direction.
+    delta: bool,
+}
+
+impl<'a> PathTracer<'a> {
+    /// Prepares materials and lights of a scene; `tracer` was built from its triangles.
+    pub fn new(scene: &'a Scene, tracer: &'a Tracer) -> Self {
+        Self {
+            surfaces: Surfaces::new(scene),
+            lights: Lights::new(scene),
+            tracer,
+            roulette_from: None,
+        }
+    }
+
+    /// Ends paths at random from this depth on, by their throughput; the mean stays the same.
+    pub fn with_roulette(mut self, from_depth: u32) -> Self {
+        self.roulette_from = Some(from_depth);
+        self
+    }
+
+    /// The materials.
+    pub fn surfaces(&self) -> &Surfaces<'a> {
+        &self.surfaces
+    }
+
+    /// The lights.
+    pub fn lights(&self) -> &Lights<'a> {
+        &self.lights
+    }
+
+    /// The structure rays are cast into.
+    pub fn tracer(&self) -> &'a Tracer {
+        self.tracer
+    }
+
+    /// One estimate of the radiance that arrives along `ray`, against its direction. `max_depth`
+    /// counts edges after the camera as Mitsuba does: 1 sees emission only, 2 adds direct light.
+    /// Passing an opacity mask or a pane of glass counts. The result is not finite only where a
+    /// light or material is; sums must leave it out.
+    pub fn radiance(
+        &self,
+        caster: &Caster,
+        mut ray: Ray,
+        rng: &mut Rng,
+        max_depth: u32,
+    ) -> [f32; 3] {
+        let mut sum = Vec3::ZERO;
+        let mut carried = Carried {
+            throughput: Vec3::ONE,
+            pdf_sr: 0.0,
+            delta: true,
+        };
+        for depth in 1..=max_depth {
+            let Some(hit) = caster.closest(&ray) else {
+                sum += carried.throughput * self.seen_environment(ray.direction, &carried);
+                break;
+            };
+            let at = self.surfaces.interact(&hit, ray.direction);
+            sum += carried.throughput * self.seen_emission(&at, hit.t, &carried);
+            if depth == max_depth {
+                break;
+            }
+            if !at.bsdf.is_delta() {
+                sum += carried.throughput * self.sampled_light(caster, &at, rng);
+            }
+            let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+            let Some(sample) = at.sample(u) else { break };
+            carried = Carried {
+                throughput: carried.throughput * sample.weight,
+                pdf_sr: sample.pdf_sr,
+                delta: sample.delta,
+            };
+            if carried.throughput == Vec3::ZERO || !self.survives(&mut carried, depth, rng) {
+                break;
+            }
+            ray = self.lights.spawn(&at, sample.direction);
+        }
+        sum.into()
+    }
+
+    fn seen_environment(&self, direction: Vec3, carried: &Carried) -> Vec3 {
+        let radiance = self.lights.environment(direction);
+        if carried.delta || radiance == Vec3::ZERO {
+            return radiance;
+        }
+        radiance * power_heuristic(carried.pdf_sr, self.lights.pdf_environment(direction))
+    }
+
+    fn seen_emission(&self, at: &Interaction, distance: f32, carried: &Carried) -> Vec3 {
+        let radiance = self.lights.emitted(at);
+        if carried.delta || radiance == Vec3::ZERO {
+            return radiance;
+        }
+        radiance * power_heuristic(carried.pdf_sr, self.lights.pdf_emitted(at, distance))
+    }
+
+    /// Light of one sampled source that the surface sends to its viewer.
+    fn sampled_light(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
+        let Some(light) = self.lights.sample(at, rng) else {
+            return Vec3::ZERO;
+        };
+        let scattered = at.evaluate(light.direction) * light.radiance;
+        if scattered == Vec3::ZERO || caster.occluded(&light.shadow_ray) {
+            return Vec3::ZERO;
+        }
+        let weight = if light.delta {
+            1.0
+        } else {
+            power_heuristic(light.pdf_sr, at.pdf(light.direction))
+        };
+        scattered * (weight / light.pdf_sr)
+    }
+
+    fn survives(&self, carried: &mut Carried, depth: u32, rng: &mut Rng) -> bool {
+        if self.roulette_from.is_none_or(|from| depth < from) {
+            return true;
+        }
+        let chance = carried.throughput.max_element().clamp(0.05, 0.95);
+        carried.throughput /= chance;
+        rng.next_f32() < chance
+    }
+}
+
+/// Veach's power heuristic with exponent 2 for one sample of each of two techniques.
+fn power_heuristic(pdf: f32, other: f32) -> f32 {
+    if pdf <= 0.0 {
+        return 0.0;
+    }
+    let ratio = other / pdf;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::power_heuristic;
+
+    #[test]
+    fn weights_of_both_techniques_add_up_to_one() {
+        for (a, b) in [(1.0, 2.0), (1e30, 1e-30), (1e-30, 1e30), (3.0, 0.0)] {
+            let sum: f32 = power_heuristic(a, b) + power_heuristic(b, a);
+            assert!((sum - 1.0).abs() < 1e-6, "{a} {b}");
+        }
+    }
+}

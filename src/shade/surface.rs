@@ -1,0 +1,329 @@
+//! What a ray meets: position, orientation, scattering and emission at a hit.
+
+use glam::{Vec2, Vec3};
+
+use super::bsdf::{
+    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Ggx, LocalBsdf, Model, Plastic,
+};
+use crate::image::luminance;
+use crate::sample::Frame;
+use crate::scene::{Bsdf, ColourSource, Material, Scene};
+use crate::trace::Hit;
+
+/// Materials with what is integrated once: the coatings of the plastics.
+pub struct Surfaces<'a> {
+    scene: &'a Scene,
+    /// Distinct (alpha, ior) pairs.
+    coatings: Vec<Coating>,
+    /// Index into `coatings` for each material that has one.
+    coating_of: Vec<usize>,
+}
+
+/// A surface point seen from a direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Interaction<'a> {
+    /// World space.
+    pub position: Vec3,
+    /// Unit, on the side of the counter-clockwise winding.
+    pub geometric_normal: Vec3,
+    /// Unit, interpolated; not turned towards the viewer.
+    pub shading_normal: Vec3,
+    pub uv: Vec2,
+    /// Index into the scene's shapes.
+    pub shape: u32,
+    /// Index into the scene's triangles.
+    pub triangle: u32,
+    /// Scattering in the frame of `normal_frame`.
+    pub bsdf: LocalBsdf<'a>,
+    /// Frame about the shading normal after bump mapping.
+    frame: Frame,
+    /// Unit, towards where the path comes from.
+    pub view: Vec3,
+    local_view: Vec3,
+}
+
+impl<'a> Surfaces<'a> {
+    /// Integrates the coatings of the scene's plastics.
+    pub fn new(scene: &'a Scene) -> Self {
+        let mut keys: Vec<[f32; 2]> = Vec::new();
+        let mut coatings = Vec::new();
+        let coating_of = scene
+            .materials
+            .iter()
+            .map(|material| match material.bsdf {
+                Bsdf::Plastic { ior, alpha, .. } => {
+                    let key = [alpha, ior];
+                    keys.iter().position(|k| *k == key).unwrap_or_else(|| {
+                        keys.push(key);
+                        coatings.push(Coating::new(alpha, ior));
+                        coatings.len() - 1
+                    })
+                }
+                _ => 0,
+            })
+            .collect();
+        Self {
+            scene,
+            coatings,
+            coating_of,
+        }
+    }
+
+    /// The surface at `hit`, seen along `direction` (the unit direction of the ray).
+    pub fn interact(&self, hit: &Hit, direction: Vec3) -> Interaction<'_> {
+        let scene = self.scene;
+        let corners = scene.triangles[hit.triangle as usize].map(|i| i as usize);
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let [p0, p1, p2] = corners.map(|i| scene.positions[i]);
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let geometric_normal = unit_normal(e1, e2);
+        let shading_normal = shading_normal(scene, corners, weights).unwrap_or(geometric_normal);
+        let corner_uvs = corner_uvs(scene, corners);
+        let uv = (0..3).fold(Vec2::ZERO, |sum, i| sum + weights[i] * corner_uvs[i]);
+        let shape = scene.triangle_shape.get(hit.triangle as usize).copied();
+        let shape = shape.unwrap_or(0);
+        let index = scene.shapes.get(shape as usize).map_or(0, |s| s.material) as usize;
+        let material = scene.materials.get(index);
+        let mut normal = shading_normal;
+        if let Some((texture, scale)) = material.and_then(|m| m.bump) {
+            let gradient = self.height_gradient(texture, uv) * scale;
+            let tangents = uv_tangents([e1, e2], corner_uvs, shading_normal);
+            normal = bumped(shading_normal, tangents, gradient);
+            if normal.dot(geometric_normal) < 0.0 {
+                normal = -normal;
+            }
+        }
+        let frame = Frame::from_normal(normal);
+        let view = -direction;
+        Interaction {
+            position: p0 + e1 * hit.u + e2 * hit.v,
+            geometric_normal,
+            shading_normal,
+            uv,
+            shape,
+            triangle: hit.triangle,
+            bsdf: material.map_or_else(grey, |m| self.resolve(m, index, uv)),
+            frame,
+            view,
+            local_view: frame.to_local(view),
+        }
+    }
+
+    fn colour(&self, source: ColourSource, uv: Vec2) -> Vec3 {
+        match source {
+            ColourSource::Constant(rgb) => rgb.into(),
+            ColourSource::Texture(index) => self
+                .scene
+                .textures
+                .get(index)
+                .map_or(Vec3::splat(0.5), |t| t.lookup(uv).into()),
+        }
+    }
+
+    fn resolve(&self, material: &Material, index: usize, uv: Vec2) -> LocalBsdf<'_> {
+        let model = match &material.bsdf {
+            Bsdf::Diffuse { reflectance } => Model::Diffuse(Diffuse {
+                reflectance: self.colour(*reflectance, uv),
+            }),
+            Bsdf::Plastic {
+                diffuse,
+                specular,
+                nonlinear,
+                ..
+            } => Model::Plastic(Plastic {
+                coating: &self.coatings[self.coating_of[index]],
+                diffuse: self.colour(*diffuse, uv),
+                specular: (*specular).into(),
+                nonlinear: *nonlinear,
+            }),
+            Bsdf::Conductor {
+                eta,
+                k,
+                specular,
+                alpha,
+            } => {
+                let metal = Conductor {
+                    eta: (*eta).into(),
+                    k: (*k).into(),
+                    specular: self.colour(*specular, uv),
+                };
+                if *alpha > 0.0 {
+                    Model::RoughConductor(metal, Ggx::new(*alpha))
+                } else {
+                    Model::Mirror(metal)
+                }
+            }
+            Bsdf::Dielectric {
+                ior,
+                thin,
+                reflectance,
+                transmittance,
+            } => Model::Dielectric(Dielectric {
+                ior: *ior,
+                thin: *thin,
+                reflectance: (*reflectance).into(),
+                transmittance: (*transmittance).into(),
+            }),
+        };
+        let opacity = material.opacity.map_or(1.0, |source| {
+            luminance(self.colour(source, uv).into()).clamp(0.0, 1.0)
+        });
+        LocalBsdf {
+            model,
+            two_sided: material.two_sided,
+            opacity,
+        }
+    }
+
+    /// Derivatives of a texture's luminance by u and v, by differences of a tenth of a texel.
+    fn height_gradient(&self, texture: usize, uv: Vec2) -> Vec2 {
+        let Some(texture) = self.scene.textures.get(texture) else {
+            return Vec2::ZERO;
+        };
+        let step = |size: usize| 0.05 / size.max(1) as f32;
+        let slope = |offset: Vec2| {
+            let [ahead, behind] = [uv + offset, uv - offset];
+            let rise = luminance(texture.lookup(ahead)) - luminance(texture.lookup(behind));
+            rise / (ahead - behind).length().max(f32::MIN_POSITIVE)
+        };
+        Vec2::new(
+            slope(Vec2::new(step(texture.width), 0.0)),
+            slope(Vec2::new(0.0, step(texture.height))),
+        )
+    }
+}
+
+impl Interaction<'_> {
+    /// Scattering × |cosine| towards the unit world direction `light`, without delta parts.
+    pub fn evaluate(&self, light: Vec3) -> Vec3 {
+        let local = self.frame.to_local(light);
+        if self.inconsistent(local, light) {
+            return Vec3::ZERO;
+        }
+        self.bsdf.evaluate(self.local_view, local)
+    }
+
+    /// Density (1/sr) of [`Interaction::sample`] for the unit world direction `light`.
+    pub fn pdf(&self, light: Vec3) -> f32 {
+        let local = self.frame.to_local(light);
+        if self.inconsistent(local, light) {
+            return 0.0;
+        }
+        self.bsdf.pdf(self.local_view, local)
+    }
+
+    /// A world direction by importance; `None` absorbs the path.
+    pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
+        let mut sample = self.bsdf.sample(self.local_view, u)?;
+        let world = self.frame.to_world(sample.direction).normalize();
+        if self.inconsistent(sample.direction, world) {
+            return None;
+        }
+        sample.direction = world;
+        Some(sample)
+    }
+
+    /// Bump mapping must not turn a direction to the other side of the unperturbed surface.
+    fn inconsistent(&self, local: Vec3, world: Vec3) -> bool {
+        self.frame.normal != self.shading_normal && local.z * world.dot(self.shading_normal) <= 0.0
+    }
+}
+
+fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
+    let scale = e1.abs().max_element().max(e2.abs().max_element());
+    (e1 / scale).cross(e2 / scale).normalize_or(Vec3::Z)
+}
+
+fn shading_normal(scene: &Scene, corners: [usize; 3], weights: [f32; 3]) -> Option<Vec3> {
+    if scene.normals.is_empty() {
+        return None;
+    }
+    let normals = corners.map(|i| scene.normals[i]);
+    if normals.contains(&Vec3::ZERO) {
+        return None;
+    }
+    (0..3)
+        .fold(Vec3::ZERO, |sum, i| sum + weights[i] * normals[i])
+        .try_normalize()
+}
+
+fn corner_uvs(scene: &Scene, corners: [usize; 3]) -> [Vec2; 3] {
+    if scene.uvs.is_empty() {
+        // The barycentric coordinates stand in, as in Mitsuba.
+        return [Vec2::ZERO, Vec2::X, Vec2::Y];
+    }
+    corners.map(|i| scene.uvs[i])
+}
+
+/// Derivatives of the position by u and v; an orthonormal pair where the map is degenerate.
+fn uv_tangents([e1, e2]: [Vec3; 2], uvs: [Vec2; 3], normal: Vec3) -> [Vec3; 2] {
+    let (d1, d2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    let determinant = d1.perp_dot(d2);
+    if determinant == 0.0 || !(1.0 / determinant).is_finite() {
+        let frame = Frame::from_normal(normal);
+        return [frame.tangent, frame.bitangent];
+    }
+    let inverse = 1.0 / determinant;
+    [
+        (e1 * d2.y - e2 * d1.y) * inverse,
+        (e2 * d1.x - e1 * d2.x) * inverse,
+    ]
+}
+
+/// The normal of the surface displaced along `normal` by a height of this gradient by (u, v).
+fn bumped(normal: Vec3, [by_u, by_v]: [Vec3; 2], gradient: Vec2) -> Vec3 {
+    let lifted_u = by_u + normal * (gradient.x - normal.dot(by_u));
+    let lifted_v = by_v + normal * (gradient.y - normal.dot(by_v));
+    lifted_u.cross(lifted_v).try_normalize().unwrap_or(normal)
+}
+
+/// What a shape without a material is made of.
+fn grey<'a>() -> LocalBsdf<'a> {
+    LocalBsdf {
+        model: Model::Diffuse(Diffuse {
+            reflectance: Vec3::splat(0.5),
+        }),
+        two_sided: true,
+        opacity: 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bumps_tilt_against_the_slope() {
+        let tangents = [Vec3::X * 2.0, Vec3::Y * 2.0];
+        assert_eq!(bumped(Vec3::Z, tangents, Vec2::ZERO), Vec3::Z);
+        // A rise of 2 per unit u, one u being 2 long: 45°.
+        let tilted = bumped(Vec3::Z, tangents, Vec2::new(2.0, 0.0));
+        assert!((tilted - Vec3::new(-1.0, 0.0, 1.0).normalize()).length() < 1e-6);
+    }
+
+    #[test]
+    fn tangents_invert_the_texture_map() {
+        let uvs = [
+            Vec2::new(0.1, 0.2),
+            Vec2::new(0.5, 0.3),
+            Vec2::new(0.2, 0.9),
+        ];
+        let (by_u, by_v) = (Vec3::new(1.0, 2.0, 0.5), Vec3::new(-0.3, 1.0, 4.0));
+        let edge = |i: usize| {
+            let d = uvs[i] - uvs[0];
+            by_u * d.x + by_v * d.y
+        };
+        let found = uv_tangents([edge(1), edge(2)], uvs, Vec3::Z);
+        assert!((found[0] - by_u).length() < 1e-5 && (found[1] - by_v).length() < 1e-5);
+        let flat = uv_tangents([Vec3::X, Vec3::Y], [Vec2::ZERO; 3], Vec3::Z);
+        assert!(flat[0].cross(flat[1]).dot(Vec3::Z) > 0.99);
+    }
+
+    #[test]
+    fn normals_survive_any_scale() {
+        for scale in [1e-15f32, 1.0, 1e15] {
+            let n = unit_normal(Vec3::X * scale, Vec3::Y * scale);
+            assert!((n - Vec3::Z).length() < 1e-6);
+        }
+    }
+}
