@@ -1,8 +1,16 @@
 //! From a description to triangles in f32 around the origin.
 
-use glam::{DVec3, Vec2, Vec3};
+use std::collections::BTreeSet;
 
-use super::{Material, Needs, SceneDescription, SceneError, Texture, View};
+use glam::{DVec3, Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::geometry::{Loaded, WorldShape, is_degenerate, load_shape};
+use super::texture::estimated_bytes;
+use super::{
+    Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, Needs,
+    SceneDescription, SceneError, Texture, TextureDescription, View,
+};
 use crate::environment::Environment;
 
 /// A loaded scene: world-space triangles around the centre of the bounding box, and what the
@@ -21,6 +29,7 @@ pub struct Scene {
     pub triangle_shape: Vec<u32>,
     pub shapes: Vec<Shape>,
     pub materials: Vec<Material>,
+    /// Parallel to the textures of the description; those that no present shape uses are grey.
     pub textures: Vec<Texture>,
     /// Directions in which parallel light travels, with the irradiance of a facing surface.
     pub directional_lights: Vec<(Vec3, [f32; 3])>,
@@ -57,20 +66,330 @@ pub struct BuildReport {
     pub dropped_degenerate: usize,
     pub dropped_non_finite: usize,
     pub repaired_normals: usize,
-    /// Shapes whose file is absent or unreadable, with the reason.
+    /// Triangles whose winding contradicted all three of their vertex normals.
+    pub reoriented: usize,
+    /// Shapes, textures and maps whose file is absent.
     pub absent: Vec<String>,
     /// Dropped or approximated features, from the loader and from building.
     pub notes: Vec<String>,
+    /// Positions, indices and what is always loaded.
     pub geometry_bytes: usize,
     pub texture_bytes: usize,
     pub environment_bytes: usize,
+    /// What each category takes or would take if it were asked for.
+    pub cost: CategoryBytes,
+}
+
+/// Bytes by what a technique may or may not need.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct CategoryBytes {
+    pub geometry: usize,
+    pub normals: usize,
+    /// Texture coordinates.
+    pub uvs: usize,
+    pub materials: usize,
+    pub textures: usize,
+    pub environment: usize,
+}
+
+impl CategoryBytes {
+    /// Bytes that a technique with these needs has loaded.
+    pub fn of(&self, needs: Needs) -> usize {
+        let part = |wanted: bool, bytes: usize| if wanted { bytes } else { 0 };
+        self.geometry
+            + part(needs.normals, self.normals)
+            + part(needs.materials, self.uvs + self.materials)
+            + part(needs.textures, self.textures)
+            + part(needs.environment, self.environment)
+    }
 }
 
 impl Scene {
     /// Reads what `needs` asks for. Absent mesh or texture files are reported and left out (the
     /// texture becomes reflectance 0.5); a file that exists but is damaged is an error.
     pub fn build(description: &SceneDescription, needs: Needs) -> Result<Scene, SceneError> {
-        let _ = (description, needs);
-        Ok(Scene::default())
+        let mut scene = Scene {
+            name: description.name.clone(),
+            metres_per_unit: description.metres_per_unit,
+            exposure: description.exposure,
+            max_depth: description.max_depth,
+            ..Scene::default()
+        };
+        scene.report.notes = description.notes.clone();
+        let shapes = load_shapes(description, needs.normals, &mut scene.report)?;
+        scene.centre(&shapes);
+        scene.add_geometry(description, shapes, needs)?;
+        scene.views = description.views.clone();
+        for view in &mut scene.views {
+            view.origin -= scene.origin;
+        }
+        let default_distance = 0.1 * f64::from(scene.diagonal);
+        scene.ao_distance = description.ao_distance.unwrap_or(default_distance) as f32;
+        scene.add_materials(description, needs)?;
+        scene.add_lights(description, needs)?;
+        Ok(scene)
+    }
+
+    /// Puts the origin at the centre of the bounding box of all triangles.
+    fn centre(&mut self, shapes: &[Option<WorldShape>]) {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for p in shapes.iter().flatten().flat_map(|s| &s.mesh.positions) {
+            low = low.min(*p);
+            high = high.max(*p);
+        }
+        if low.x <= high.x {
+            self.origin = (low + high) * 0.5;
+            self.diagonal = (high - low).length() as f32;
+        }
+    }
+
+    fn add_geometry(
+        &mut self,
+        description: &SceneDescription,
+        shapes: Vec<Option<WorldShape>>,
+        needs: Needs,
+    ) -> Result<(), SceneError> {
+        let any = |has: fn(&WorldShape) -> bool| shapes.iter().flatten().any(has);
+        let with_normals = needs.normals && any(|s| !s.mesh.normals.is_empty());
+        let any_uvs = any(|s| !s.mesh.uvs.is_empty());
+        for (index, shape) in shapes.into_iter().enumerate() {
+            let first_triangle = self.triangles.len() as u32;
+            let declared = &description.shapes[index];
+            if let Some(world) = shape {
+                self.append(world, [with_normals, any_uvs && needs.materials]);
+            }
+            let triangle_count = self.triangles.len() as u32 - first_triangle;
+            self.triangle_shape
+                .resize(self.triangles.len(), index as u32);
+            self.shapes.push(Shape {
+                name: declared.name.clone(),
+                material: declared.material as u32,
+                emission: declared.emission.filter(|_| needs.emitters),
+                first_triangle,
+                triangle_count,
+            });
+        }
+        self.account(any_uvs);
+        self.check_size()
+    }
+
+    /// Appends a shape around the new origin, without the triangles that f32 makes degenerate.
+    fn append(&mut self, world: WorldShape, [with_normals, with_uvs]: [bool; 2]) {
+        let base = self.positions.len();
+        let origin = self.origin;
+        let mesh = world.mesh;
+        self.positions
+            .extend(mesh.positions.iter().map(|p| (*p - origin).as_vec3()));
+        let count = self.positions.len();
+        if with_normals {
+            self.normals.extend_from_slice(&mesh.normals);
+            self.normals.resize(count, Vec3::ZERO);
+        }
+        if with_uvs {
+            self.uvs.extend_from_slice(&mesh.uvs);
+            self.uvs.resize(count, Vec2::ZERO);
+        }
+        let before = mesh.triangles.len();
+        let positions = &self.positions[base..];
+        let solid = mesh
+            .triangles
+            .iter()
+            .filter(|t| !is_degenerate(t.map(|i| positions[i as usize].as_dvec3())));
+        let kept = self.triangles.len();
+        self.triangles
+            .extend(solid.map(|t| t.map(|i| i + base as u32)));
+        let report = &mut self.report;
+        report.dropped_degenerate +=
+            world.dropped_degenerate + before + kept - self.triangles.len();
+        report.dropped_non_finite += world.dropped_non_finite;
+        report.repaired_normals += world.repaired_normals;
+        report.reoriented += world.reoriented;
+    }
+
+    fn account(&mut self, any_uvs: bool) {
+        let report = &mut self.report;
+        report.vertices = self.positions.len();
+        report.triangles = self.triangles.len();
+        report.cost.geometry = size_of_val(&self.positions[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.triangle_shape[..])
+            + size_of_val(&self.shapes[..]);
+        report.cost.normals = report.vertices * size_of::<Vec3>();
+        report.cost.uvs = if any_uvs {
+            report.vertices * size_of::<Vec2>()
+        } else {
+            0
+        };
+        report.geometry_bytes =
+            report.cost.geometry + size_of_val(&self.normals[..]) + size_of_val(&self.uvs[..]);
+    }
+
+    fn check_size(&self) -> Result<(), SceneError> {
+        let fail = |message: String| {
+            Err(SceneError::Scene {
+                scene: self.name.clone(),
+                message,
+            })
+        };
+        let report = &self.report;
+        if self.triangles.is_empty() {
+            let absent = match report.absent.first() {
+                Some(first) => format!(", {} absent, the first being {first}", report.absent.len()),
+                None => String::new(),
+            };
+            return fail(format!(
+                "nothing to render: no triangle with an area is left ({} degenerate, {} not \
+                 finite{absent})",
+                report.dropped_degenerate, report.dropped_non_finite
+            ));
+        }
+        if self.positions.len() > u32::MAX as usize {
+            return fail("more than 2³² vertices".into());
+        }
+        if !self.diagonal.is_finite() {
+            return fail("the bounding box is too large for single precision".into());
+        }
+        Ok(())
+    }
+
+    fn add_materials(
+        &mut self,
+        description: &SceneDescription,
+        needs: Needs,
+    ) -> Result<(), SceneError> {
+        self.report.cost.materials = size_of_val(&description.materials[..]);
+        let used = used_textures(description, &self.shapes);
+        self.report.cost.textures = used
+            .iter()
+            .filter_map(|&i| estimated_bytes(&description.textures[i]))
+            .sum();
+        if !needs.materials {
+            return Ok(());
+        }
+        self.materials = description.materials.clone();
+        self.textures = vec![Texture::default(); description.textures.len()];
+        if !needs.textures {
+            return Ok(());
+        }
+        let is_present = |t: &TextureDescription| t.path().is_none_or(|p| p.exists());
+        let loaded: Vec<(usize, Option<Result<Texture, SceneError>>)> = used
+            .into_par_iter()
+            .map(|i| {
+                let texture = &description.textures[i];
+                (i, is_present(texture).then(|| Texture::load(texture)))
+            })
+            .collect();
+        for (i, result) in loaded {
+            match result {
+                Some(texture) => self.textures[i] = texture?,
+                None => {
+                    let path = description.textures[i].path().unwrap_or("".as_ref());
+                    let message = format!("texture {} is absent: 0.5 instead", path.display());
+                    self.report.absent.push(message);
+                }
+            }
+        }
+        self.report.texture_bytes = self.textures.iter().map(Texture::bytes).sum();
+        self.report.cost.textures = self.report.texture_bytes;
+        Ok(())
+    }
+
+    fn add_lights(
+        &mut self,
+        description: &SceneDescription,
+        needs: Needs,
+    ) -> Result<(), SceneError> {
+        if needs.emitters {
+            for light in &description.lights {
+                let LightDescription::Directional {
+                    direction,
+                    irradiance,
+                } = light;
+                self.directional_lights
+                    .push((direction.normalize().as_vec3(), *irradiance));
+            }
+        }
+        let Some(environment) = &description.environment else {
+            return Ok(());
+        };
+        if let EnvironmentDescription::Map { path, .. } = environment {
+            let map = TextureDescription::file(path.clone());
+            self.report.cost.environment = estimated_bytes(&map).unwrap_or(0);
+            if needs.environment && !path.exists() {
+                let message = format!(
+                    "environment map {} is absent: no light from it",
+                    path.display()
+                );
+                self.report.absent.push(message);
+                return Ok(());
+            }
+        }
+        if needs.environment {
+            self.report
+                .notes
+                .push("the environment is not loaded yet".into());
+        }
+        Ok(())
+    }
+}
+
+/// Loads all shapes in parallel; the results and the first error are in the order of the description.
+/// `None` stands for a shape whose file is absent.
+fn load_shapes(
+    description: &SceneDescription,
+    normals: bool,
+    report: &mut BuildReport,
+) -> Result<Vec<Option<WorldShape>>, SceneError> {
+    let loaded: Vec<_> = description
+        .shapes
+        .par_iter()
+        .map(|shape| load_shape(shape, normals))
+        .collect();
+    let mut shapes = Vec::with_capacity(loaded.len());
+    for result in loaded {
+        match result? {
+            Loaded::World(world) => shapes.push(Some(world)),
+            Loaded::Absent(reason) => {
+                report.absent.push(reason);
+                shapes.push(None);
+            }
+        }
+    }
+    Ok(shapes)
+}
+
+/// Textures of the materials of the shapes that have triangles.
+fn used_textures(description: &SceneDescription, shapes: &[Shape]) -> Vec<usize> {
+    let materials: BTreeSet<u32> = shapes
+        .iter()
+        .filter(|s| s.triangle_count > 0)
+        .map(|s| s.material)
+        .collect();
+    let used = materials
+        .into_iter()
+        .filter_map(|i| description.materials.get(i as usize));
+    let textures: BTreeSet<usize> = used.flat_map(Material::textures).collect();
+    textures
+        .into_iter()
+        .filter(|&i| i < description.textures.len())
+        .collect()
+}
+
+impl Material {
+    /// Indices of the textures that it refers to.
+    pub fn textures(&self) -> Vec<usize> {
+        let colour = match &self.bsdf {
+            Bsdf::Diffuse { reflectance } => Some(reflectance),
+            Bsdf::Plastic { diffuse, .. } => Some(diffuse),
+            Bsdf::Conductor { specular, .. } => Some(specular),
+            Bsdf::Dielectric { .. } => None,
+        };
+        let index = |source: &ColourSource| match source {
+            ColourSource::Texture(i) => Some(*i),
+            ColourSource::Constant(_) => None,
+        };
+        let colours = [colour, self.opacity.as_ref()];
+        let textures = colours.into_iter().flatten().filter_map(index);
+        textures.chain(self.bump.map(|(i, _)| i)).collect()
     }
 }

@@ -50,6 +50,28 @@ pub struct ShapeDescription {
     pub flip_normals: bool,
     /// Ignores vertex normals.
     pub face_normals: bool,
+    /// Computes vertex normals where the file has none, as Mitsuba does; otherwise such a mesh is
+    /// faceted.
+    pub smooth_normals: bool,
+    /// Replaces v by 1 − v: for sources that count v from the top row of the image.
+    pub flip_v: bool,
+}
+
+impl ShapeDescription {
+    /// A shape as its source gives it: no transform, first material, no emission.
+    pub fn new(name: &str, source: ShapeSource) -> Self {
+        Self {
+            name: name.to_owned(),
+            source,
+            to_world: DMat4::IDENTITY,
+            material: 0,
+            emission: None,
+            flip_normals: false,
+            face_normals: false,
+            smooth_normals: false,
+            flip_v: false,
+        }
+    }
 }
 
 /// Where the triangles of a shape come from.
@@ -79,6 +101,12 @@ pub enum ShapeSource {
     },
     /// Unit disk in the xy plane, normal +z.
     Disk,
+    /// Open at both ends, outward normals.
+    Cylinder {
+        from: DVec3,
+        to: DVec3,
+        radius: f64,
+    },
     /// A shape generated in code: see [`crate::scene::shapes`].
     Generated {
         generator: String,
@@ -88,10 +116,10 @@ pub enum ShapeSource {
     },
 }
 
-/// A texture file and how it is read.
+/// A texture and how it is read.
 #[derive(Clone, Debug)]
 pub struct TextureDescription {
-    pub path: PathBuf,
+    pub source: TextureSource,
     /// Whether the stored values are sRGB-coded (8-bit colour) or linear (raw data, HDR).
     pub srgb: bool,
     pub nearest: bool,
@@ -99,6 +127,38 @@ pub struct TextureDescription {
     /// `uv * scale + offset` is looked up.
     pub uv_scale: [f32; 2],
     pub uv_offset: [f32; 2],
+}
+
+/// Where texels come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TextureSource {
+    File(PathBuf),
+    /// Two colours (linear) in a 2×2 pattern over the unit square; the first one is at the top left.
+    Checkerboard([[f32; 3]; 2]),
+}
+
+impl TextureDescription {
+    /// A file read as its type suggests: sRGB for 8-bit images, linear for `.hdr`, `.exr`, `.pfm`.
+    pub fn file(path: PathBuf) -> Self {
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        let hdr = extension.is_some_and(|e| e == "hdr" || e == "exr" || e == "pfm");
+        Self {
+            source: TextureSource::File(path),
+            srgb: !hdr,
+            nearest: false,
+            wrap: Wrap::Repeat,
+            uv_scale: [1.0; 2],
+            uv_offset: [0.0; 2],
+        }
+    }
+
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&std::path::Path> {
+        match &self.source {
+            TextureSource::File(path) => Some(path),
+            TextureSource::Checkerboard(_) => None,
+        }
+    }
 }
 
 /// A light without a surface.

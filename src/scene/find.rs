@@ -1,18 +1,125 @@
 //! Scenes by name: shipped, on the search path, or a file.
 
+use std::path::{Path, PathBuf};
+
+use super::load_toml::{load_toml, parse_toml};
+use super::mitsuba::load_mitsuba;
+use super::text::nearest;
 use super::{SceneDescription, SceneError};
 
-/// Loads the description of a shipped scene, of `NAME/scene.toml` or `NAME/scene.xml` in a folder of
-/// `LIGHTBENCH_SCENES`, or of a `.toml`/`.xml` file.
+/// Name and text of every shipped scene: one line each.
+const SHIPPED: &[(&str, &str)] = &[];
+
+/// The environment variable with the search path.
+const PATH_VARIABLE: &str = "LIGHTBENCH_SCENES";
+
+/// Files that make a folder a scene, in order of preference.
+const SCENE_FILES: [&str; 2] = ["scene.toml", "scene.xml"];
+
+/// Loads the description of a scene.
+///
+/// `name` is, in this order: a shipped scene; a folder with a `scene.toml` or `scene.xml` in one of
+/// the folders of `LIGHTBENCH_SCENES` (or a `.toml`/`.xml` file below one of them); a path to such a
+/// file or folder. A name that starts with `./` or `/` is always a path.
 pub fn find_scene(name: &str) -> Result<SceneDescription, SceneError> {
-    Err(SceneError::NotFound {
+    let folders: Vec<PathBuf> = std::env::var_os(PATH_VARIABLE)
+        .map(|list| {
+            std::env::split_paths(&list)
+                .filter(|p| !p.as_os_str().is_empty())
+                .collect()
+        })
+        .unwrap_or_default();
+    find_scene_in(name, &folders)
+}
+
+/// As [`find_scene`], with the folders of the search path given.
+pub fn find_scene_in(name: &str, folders: &[PathBuf]) -> Result<SceneDescription, SceneError> {
+    if let Some((name, text)) = SHIPPED.iter().find(|(n, _)| *n == name) {
+        return parse_toml(text, None, name);
+    }
+    let mut looked = vec!["the shipped scenes".to_owned()];
+    for base in folders.iter().map(PathBuf::as_path).chain([Path::new("")]) {
+        let path = base.join(name);
+        if let Some(file) = scene_file(&path) {
+            return load_file(&file, &scene_name(&file));
+        }
+        let shown = path.display();
+        looked.push(if is_scene_file(&path) {
+            shown.to_string()
+        } else {
+            format!("{shown}/{{{}}}", SCENE_FILES.join(","))
+        });
+    }
+    let mut known: Vec<String> = shipped_scenes().into_iter().map(str::to_owned).collect();
+    known.extend(folders.iter().flat_map(|f| scenes_in(f)));
+    Err(not_found(name, looked, &known))
+}
+
+fn not_found(name: &str, looked: Vec<String>, known: &[String]) -> SceneError {
+    let words: Vec<&str> = known.iter().map(String::as_str).collect();
+    let mut known = if words.is_empty() {
+        "none".to_owned()
+    } else {
+        words.join(", ")
+    };
+    if let Some(similar) = nearest(name, &words) {
+        known = format!("{known} (did you mean `{similar}`?)");
+    }
+    SceneError::NotFound {
         name: name.to_owned(),
-        looked: String::new(),
-        known: shipped_scenes().join(", "),
-    })
+        looked: looked.join("; "),
+        known,
+    }
+}
+
+/// The file itself, or the scene file of a folder.
+fn scene_file(path: &Path) -> Option<PathBuf> {
+    if path.is_dir() {
+        return SCENE_FILES
+            .iter()
+            .map(|f| path.join(f))
+            .find(|f| f.is_file());
+    }
+    (is_scene_file(path) && path.is_file()).then(|| path.to_owned())
+}
+
+fn is_scene_file(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "toml" || e == "xml")
+}
+
+fn load_file(file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
+    if file.extension().is_some_and(|e| e == "xml") {
+        load_mitsuba(file, name)
+    } else {
+        load_toml(file, name)
+    }
+}
+
+/// The folder's name for `scene.*`, else folder and file: a name for rows and result folders.
+fn scene_name(file: &Path) -> String {
+    let text = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
+    let stem = text(file.file_stem()).unwrap_or_default();
+    let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    let folder = text(absolute.parent().and_then(Path::file_name));
+    match folder {
+        Some(folder) if stem == "scene" => folder,
+        Some(folder) => format!("{folder}-{stem}"),
+        None => stem,
+    }
+}
+
+/// Names of the folders with scenes directly below a folder, sorted.
+fn scenes_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter(|e| scene_file(&e.path()).is_some() && e.path().is_dir())
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort_unstable();
+    names
 }
 
 /// Names of the embedded scenes.
 pub fn shipped_scenes() -> Vec<&'static str> {
-    Vec::new()
+    SHIPPED.iter().map(|(name, _)| *name).collect()
 }

@@ -1,1 +1,389 @@
-//! To be filled.
+//! Wavefront OBJ through `tobj`, with the checks and line numbers that it lacks.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+use std::path::Path;
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::text::{advice, file_error};
+use super::{Mesh, SceneError};
+
+/// Loads all faces of an OBJ file, or those of the object or group called `part`.
+///
+/// Polygons become fans, relative indices are resolved, material libraries are not read. Corners
+/// without normal get a zero one, corners without texture coordinate (0, 0). Fails with the line on
+/// anything that cannot be read, on indices out of range, and on files without a face (truncated).
+pub(super) fn load_obj(path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
+    let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+    let text = String::from_utf8_lossy(&bytes);
+    parse_obj(&text, path, part)
+}
+
+fn parse_obj(text: &str, path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
+    let at = |(line, message): (usize, String)| SceneError::At {
+        file: path.to_owned(),
+        line,
+        column: 1,
+        message,
+    };
+    let survey = Survey::of(text).map_err(at)?;
+    let text = if survey.is_mixed() {
+        Cow::Owned(complete_corners(text))
+    } else {
+        Cow::Borrowed(text)
+    };
+    let options = tobj::LoadOptions {
+        single_index: true,
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    let no_library = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+    let (models, _) =
+        tobj::load_obj_buf(&mut text.as_bytes(), &options, no_library).map_err(|error| {
+            match unreadable_line(&text) {
+                Some(found) => at(found),
+                None => file_error(path, error.to_string()),
+            }
+        })?;
+    collect(&models, path, part)
+}
+
+/// Joins the chosen models into one mesh.
+fn collect(models: &[tobj::Model], path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
+    let mut mesh = Mesh::default();
+    let mut found = false;
+    for model in models {
+        if part.is_none_or(|name| name == model.name) {
+            found |= !model.mesh.indices.is_empty();
+            mesh.append(&convert(&model.mesh));
+        }
+    }
+    match part {
+        Some(name) if !found => {
+            let mut names: Vec<&str> = models.iter().map(|m| m.name.as_str()).collect();
+            names.sort_unstable();
+            names.dedup();
+            let message = format!("no object or group `{name}`; {}", advice(name, &names));
+            Err(file_error(path, message))
+        }
+        _ => Ok(mesh),
+    }
+}
+
+fn convert(mesh: &tobj::Mesh) -> Mesh {
+    Mesh {
+        positions: mesh
+            .positions
+            .chunks_exact(3)
+            .map(DVec3::from_slice)
+            .collect(),
+        normals: mesh
+            .normals
+            .chunks_exact(3)
+            .map(|n| DVec3::from_slice(n).as_vec3())
+            .collect::<Vec<Vec3>>(),
+        uvs: mesh
+            .texcoords
+            .chunks_exact(2)
+            .map(|t| Vec2::new(t[0] as f32, t[1] as f32))
+            .collect(),
+        triangles: mesh
+            .indices
+            .chunks_exact(3)
+            .map(|t| [t[0], t[1], t[2]])
+            .collect(),
+    }
+}
+
+/// What the faces of a file refer to: position, texture coordinate, normal.
+#[derive(Default)]
+struct Survey {
+    with: [bool; 3],
+    without: [bool; 3],
+    /// Largest index (from 1) of each kind and its line.
+    largest: [(i64, usize); 3],
+    faces: usize,
+}
+
+const ATTRIBUTES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+
+impl Survey {
+    /// Checks every face of the file; the error is a line and what is wrong there.
+    fn of(text: &str) -> Result<Survey, (usize, String)> {
+        let mut survey = Survey::default();
+        let mut counts = [0_i64; 3];
+        let mut last_line = 1;
+        for (index, line) in text.lines().enumerate() {
+            last_line = index + 1;
+            match keyword(line) {
+                "v" => counts[0] += 1,
+                "vt" => counts[1] += 1,
+                "vn" => counts[2] += 1,
+                "f" => survey.face(line, last_line, &counts)?,
+                _ => {}
+            }
+        }
+        for (kind, &(largest, line)) in survey.largest.iter().enumerate() {
+            if largest > counts[kind] {
+                let what = ATTRIBUTES[kind];
+                let message = format!(
+                    "{what} {largest} does not exist, the file has {}",
+                    counts[kind]
+                );
+                return Err((line, message));
+            }
+        }
+        if survey.faces == 0 {
+            return Err((last_line, "the file has no faces; is it truncated?".into()));
+        }
+        Ok(survey)
+    }
+
+    fn face(
+        &mut self,
+        line: &str,
+        number: usize,
+        counts: &[i64; 3],
+    ) -> Result<(), (usize, String)> {
+        let mut corners = 0;
+        for corner in line.split_whitespace().skip(1) {
+            let indices = resolve_corner(corner, counts).map_err(|message| (number, message))?;
+            for (kind, index) in indices.into_iter().enumerate() {
+                match index {
+                    Some(i) => {
+                        self.with[kind] = true;
+                        if i > self.largest[kind].0 {
+                            self.largest[kind] = (i, number);
+                        }
+                    }
+                    None => self.without[kind] = true,
+                }
+            }
+            corners += 1;
+        }
+        if corners < 3 {
+            let message = format!("a face needs 3 corners, this one has {corners}; truncated?");
+            return Err((number, message));
+        }
+        self.faces += 1;
+        Ok(())
+    }
+
+    /// Whether some corners have a normal or texture coordinate and others have not.
+    fn is_mixed(&self) -> bool {
+        (1..3).any(|kind| self.with[kind] && self.without[kind])
+    }
+}
+
+fn keyword(line: &str) -> &str {
+    line.split_whitespace().next().unwrap_or("")
+}
+
+/// Indices from 1 of a corner like `7`, `7/1`, `7//3`, `-1/-1/-1`.
+fn resolve_corner(corner: &str, counts: &[i64; 3]) -> Result<[Option<i64>; 3], String> {
+    let mut indices = [None; 3];
+    for (kind, token) in corner.split('/').enumerate() {
+        if kind > 2 {
+            return Err(format!(
+                "face corner `{corner}` has more than three indices"
+            ));
+        }
+        if token.is_empty() {
+            continue;
+        }
+        let index: i64 = token
+            .parse()
+            .map_err(|_| format!("face corner `{corner}`: `{token}` is not a whole number"))?;
+        let resolved = if index < 0 {
+            counts[kind] + 1 + index
+        } else {
+            index
+        };
+        if resolved < 1 || resolved > i64::from(u32::MAX) {
+            let what = ATTRIBUTES[kind];
+            return Err(format!(
+                "face corner `{corner}`: {what} {index} does not exist"
+            ));
+        }
+        indices[kind] = Some(resolved);
+    }
+    if indices[0].is_none() {
+        return Err(format!("face corner `{corner}` names no vertex"));
+    }
+    Ok(indices)
+}
+
+/// Rewrites a surveyed file so that every corner has all three indices: those that were absent point
+/// to a zero normal or texture coordinate put in front.
+fn complete_corners(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() * 5 / 4);
+    out.push_str("vt 0 0\nvn 0 0 0\n");
+    let mut counts = [0_i64; 3];
+    for line in text.lines() {
+        match keyword(line) {
+            "v" => counts[0] += 1,
+            "vt" => counts[1] += 1,
+            "vn" => counts[2] += 1,
+            "f" => {
+                out.push('f');
+                for corner in line.split_whitespace().skip(1) {
+                    if let Ok([v, vt, vn]) = resolve_corner(corner, &counts) {
+                        let (vt, vn) = (vt.unwrap_or(0) + 1, vn.unwrap_or(0) + 1);
+                        let _ = write!(out, " {}/{vt}/{vn}", v.unwrap_or(1));
+                    }
+                }
+                out.push('\n');
+                continue;
+            }
+            _ => {}
+        }
+        out.push_str(line);
+        out.push('\n');
+    }
+    out
+}
+
+/// The first line whose numbers `tobj` refuses.
+fn unreadable_line(text: &str) -> Option<(usize, String)> {
+    for (index, line) in text.lines().enumerate() {
+        let wanted = match keyword(line) {
+            "v" | "vn" => 3,
+            "vt" => 2,
+            _ => continue,
+        };
+        let words: Vec<&str> = line.split_whitespace().skip(1).collect();
+        let bad = words.iter().find(|w| w.parse::<f64>().is_err());
+        let message = match bad {
+            Some(word) => format!("`{word}` is not a number"),
+            None if words.len() < wanted => {
+                format!(
+                    "expected {wanted} numbers, found {}; truncated?",
+                    words.len()
+                )
+            }
+            None if keyword(line) == "v" && !matches!(words.len(), 3 | 4 | 6) => {
+                format!("expected 3, 4 or 6 numbers, found {}", words.len())
+            }
+            None => continue,
+        };
+        return Some((index + 1, message));
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0.5 0\n";
+
+    fn parse(text: &str) -> Result<Mesh, String> {
+        parse_obj(text, Path::new("t.obj"), None).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn relative_indices_equal_absolute_ones() {
+        let absolute = parse(&format!("{CORNERS}f 1 2 3\nf 1 3 4\n")).unwrap();
+        let relative = parse(&format!("{CORNERS}f -5 -4 -3\nf -5 -3 -2\n")).unwrap();
+        assert_eq!(absolute.positions, relative.positions);
+        assert_eq!(absolute.triangles, relative.triangles);
+    }
+
+    #[test]
+    fn polygons_become_fans() {
+        let mesh = parse(&format!("{CORNERS}f 1 2 3 4 5\n")).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    }
+
+    #[test]
+    fn normals_and_coordinates_belong_to_corners() {
+        let text = format!(
+            "{CORNERS}vt 0 0\nvt 1 0\nvn 0 0 1\nvn 0 0 -1\nf 1/1/1 2/2/1 3/1/1\nf 1/2/2 3/1/2 4/1/2\n"
+        );
+        let mesh = parse(&text).unwrap();
+        assert_eq!(mesh.positions.len(), 6, "vertex 1 and 3 are split");
+        assert_eq!(mesh.normals.len(), 6);
+        assert_eq!(mesh.normals[mesh.triangles[1][0] as usize], Vec3::NEG_Z);
+        assert_eq!(mesh.uvs[mesh.triangles[1][0] as usize], Vec2::X);
+    }
+
+    #[test]
+    fn corners_without_normal_among_others_get_zero() {
+        let text =
+            format!("{CORNERS}vt 0.5 0.25\nvn 0 0 1\nf 1//1 2//1 3//1\nf -5/-1 -3/-1 -2/-1\n");
+        let mesh = parse(&text).unwrap();
+        assert_eq!(mesh.normals.len(), mesh.positions.len());
+        assert_eq!(mesh.uvs.len(), mesh.positions.len());
+        assert_eq!(mesh.normals[mesh.triangles[0][0] as usize], Vec3::Z);
+        assert_eq!(mesh.normals[mesh.triangles[1][0] as usize], Vec3::ZERO);
+        assert_eq!(mesh.uvs[mesh.triangles[0][0] as usize], Vec2::ZERO);
+        assert_eq!(
+            mesh.uvs[mesh.triangles[1][0] as usize],
+            Vec2::new(0.5, 0.25)
+        );
+    }
+
+    #[test]
+    fn groups_are_selected_by_name_and_missing_libraries_tolerated() {
+        let text = format!(
+            "mtllib gone.mtl\n{CORNERS}g left\nusemtl stone\nf 1 2 3\ng right\nf 1 3 4\nf 1 4 5\n"
+        );
+        let part = |name| parse_obj(&text, Path::new("t.obj"), Some(name));
+        assert_eq!(part("right").unwrap().triangles.len(), 2);
+        let error = part("rihgt").unwrap_err().to_string();
+        assert!(error.contains("did you mean `right`"), "{error}");
+    }
+
+    #[test]
+    fn damage_is_named_with_its_line() {
+        for (text, expected) in [
+            (
+                "v 0 0 0\nv 1 0\n".to_owned(),
+                "t.obj:2:1: the file has no faces",
+            ),
+            (
+                format!("{CORNERS}v 1 2\nf 1 2 3\n"),
+                "t.obj:6:1: expected 3 numbers, found 2",
+            ),
+            (
+                format!("{CORNERS}v 1 2 x\nf 1 2 3\n"),
+                "t.obj:6:1: `x` is not a number",
+            ),
+            (
+                format!("{CORNERS}f 1 2 3\nf 1 2 9\n"),
+                "t.obj:7:1: vertex 9 does not exist",
+            ),
+            (
+                format!("{CORNERS}f 1 2 -9\n"),
+                "t.obj:6:1: face corner `-9`",
+            ),
+            (format!("{CORNERS}f 0 1 2\n"), "t.obj:6:1: face corner `0`"),
+            (
+                format!("{CORNERS}f 1/7 2/1 3/1\n"),
+                "t.obj:6:1: texture coordinate 7",
+            ),
+            (
+                format!("{CORNERS}f 1/-7 2/1 3/1\n"),
+                "t.obj:6:1: face corner `1/-7`",
+            ),
+            (
+                format!("{CORNERS}f 1 2 3\nf 1 2"),
+                "t.obj:7:1: a face needs 3 corners",
+            ),
+            (format!("{CORNERS}f 1 2 3/"), ""),
+            (format!("{CORNERS}f 1 2 3e"), "t.obj:6:1: face corner `3e`"),
+            (String::new(), "t.obj:1:1: the file has no faces"),
+        ] {
+            match parse(&text) {
+                Ok(_) => assert!(expected.is_empty(), "{text:?} should fail"),
+                Err(error) => assert!(
+                    !expected.is_empty() && error.starts_with(expected),
+                    "{error} should start with {expected}"
+                ),
+            }
+        }
+    }
+}

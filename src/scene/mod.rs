@@ -5,9 +5,11 @@
 //! around the centre of the bounding box (in f64), and repairs or refuses what is broken.
 
 mod build;
+mod check;
 mod description;
 mod error;
 mod find;
+mod geometry;
 mod load_toml;
 mod material;
 mod mesh;
@@ -15,17 +17,20 @@ mod mesh_obj;
 mod mesh_ply;
 mod mesh_serialized;
 mod mitsuba;
+mod primitive;
 pub mod shapes;
+mod text;
 mod texture;
 mod view;
 
-pub use build::{BuildReport, Scene, Shape};
+pub use build::{BuildReport, CategoryBytes, Scene, Shape};
+pub use check::{SceneCheck, check_scene};
 pub use description::{
     EnvironmentDescription, LightDescription, SceneDescription, ShapeDescription, ShapeSource,
-    TextureDescription,
+    TextureDescription, TextureSource,
 };
 pub use error::SceneError;
-pub use find::{find_scene, shipped_scenes};
+pub use find::{find_scene, find_scene_in, shipped_scenes};
 pub use material::{Bsdf, ColourSource, Material};
 pub use mesh::Mesh;
 pub use texture::{Texture, Wrap};

@@ -1,5 +1,13 @@
 //! Bitmap textures.
 
+use std::path::Path;
+use std::sync::OnceLock;
+
+use glam::Vec2;
+
+use super::text::file_error;
+use super::{SceneError, TextureDescription, TextureSource};
+
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -10,11 +18,319 @@ pub enum Wrap {
     Mirror,
 }
 
-/// A texture in memory; `lookup` gives linear values.
-#[derive(Clone, Debug, Default)]
+/// A texture in memory; [`Texture::lookup`] gives linear values.
+///
+/// Texels lie row-major, the top row (v = 1) first; texel centres are at half-integers. An alpha
+/// channel of the file is not kept.
+#[derive(Clone, Debug)]
 pub struct Texture {
     pub width: usize,
     pub height: usize,
-    /// Linear RGB, row-major, the top row (v = 1) first.
-    pub pixels: Vec<[f32; 3]>,
+    texels: Texels,
+    nearest: bool,
+    wrap: Wrap,
+    uv_scale: Vec2,
+    uv_offset: Vec2,
+}
+
+/// Texels as compactly as the file allows.
+#[derive(Clone, Debug)]
+enum Texels {
+    /// 8-bit sRGB, decoded through a table.
+    Srgb8(Vec<[u8; 3]>),
+    /// 8-bit linear.
+    Linear8(Vec<[u8; 3]>),
+    Float(Vec<[f32; 3]>),
+}
+
+impl Default for Texture {
+    /// A grey of 0.5: what stands for a texture that is absent or not needed.
+    fn default() -> Self {
+        Self::constant([0.5; 3])
+    }
+}
+
+impl Texture {
+    /// A texture of one linear colour.
+    pub fn constant(colour: [f32; 3]) -> Self {
+        Self {
+            width: 1,
+            height: 1,
+            texels: Texels::Float(vec![colour]),
+            nearest: true,
+            wrap: Wrap::Repeat,
+            uv_scale: Vec2::ONE,
+            uv_offset: Vec2::ZERO,
+        }
+    }
+
+    /// Reads what is described: PNG, JPEG, BMP, TGA, Radiance HDR, or the RGB channels of an EXR.
+    /// Fails on files that are absent or damaged.
+    pub fn load(description: &TextureDescription) -> Result<Self, SceneError> {
+        let (width, height, texels) = match &description.source {
+            TextureSource::File(path) => load_texels(path, description.srgb)?,
+            TextureSource::Checkerboard([a, b]) => (2, 2, Texels::Float(vec![*a, *b, *b, *a])),
+        };
+        Ok(Self {
+            width,
+            height,
+            texels,
+            nearest: description.nearest,
+            wrap: description.wrap,
+            uv_scale: Vec2::from(description.uv_scale),
+            uv_offset: Vec2::from(description.uv_offset),
+        })
+    }
+
+    /// Linear RGB at texture coordinates; (0, 0) is the bottom left corner of the image. Non-finite
+    /// coordinates give some texel.
+    pub fn lookup(&self, uv: Vec2) -> [f32; 3] {
+        let uv = uv * self.uv_scale + self.uv_offset;
+        let x = uv.x * self.width as f32;
+        let y = (1.0 - uv.y) * self.height as f32;
+        if self.nearest {
+            return self.texel(x.floor() as i64, y.floor() as i64);
+        }
+        let (x, y) = (x - 0.5, y - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let (column, row) = (x0 as i64, y0 as i64);
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
+        let texels = corners.map(|(dx, dy)| self.texel(column + dx, row + dy));
+        std::array::from_fn(|c| {
+            let top = texels[0][c] + (texels[1][c] - texels[0][c]) * fx;
+            let bottom = texels[2][c] + (texels[3][c] - texels[2][c]) * fx;
+            top + (bottom - top) * fy
+        })
+    }
+
+    /// Bytes of the texels.
+    pub fn bytes(&self) -> usize {
+        match &self.texels {
+            Texels::Srgb8(t) | Texels::Linear8(t) => t.len() * 3,
+            Texels::Float(t) => t.len() * 12,
+        }
+    }
+
+    fn texel(&self, column: i64, row: i64) -> [f32; 3] {
+        let column = wrapped(column, self.width, self.wrap);
+        let row = wrapped(row, self.height, self.wrap);
+        let index = row * self.width + column;
+        match &self.texels {
+            Texels::Srgb8(t) => t[index].map(|v| srgb_table()[v as usize]),
+            Texels::Linear8(t) => t[index].map(|v| f32::from(v) / 255.0),
+            Texels::Float(t) => t[index],
+        }
+    }
+}
+
+fn wrapped(index: i64, size: usize, wrap: Wrap) -> usize {
+    let size = size as i64;
+    let index = match wrap {
+        Wrap::Repeat => index.rem_euclid(size),
+        Wrap::Clamp => index.clamp(0, size - 1),
+        Wrap::Mirror => {
+            let index = index.rem_euclid(2 * size);
+            if index < size {
+                index
+            } else {
+                2 * size - 1 - index
+            }
+        }
+    };
+    index as usize
+}
+
+/// Linear value of an sRGB-coded one in [0, 1] (IEC 61966-2-1).
+pub(super) fn srgb_to_linear(value: f32) -> f32 {
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+fn srgb_table() -> &'static [f32; 256] {
+    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
+    TABLE.get_or_init(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)))
+}
+
+fn load_texels(path: &Path, srgb: bool) -> Result<(usize, usize, Texels), SceneError> {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    {
+        return load_exr(path);
+    }
+    let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
+    let image = image::ImageReader::open(path)
+        .and_then(|reader| reader.with_guessed_format())
+        .map_err(|e| fail(&e))?
+        .decode()
+        .map_err(|e| fail(&e))?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    if width == 0 || height == 0 {
+        return Err(fail(&"the image is empty"));
+    }
+    use image::ColorType::{L8, La8, Rgb8, Rgba8};
+    let texels = if matches!(image.color(), L8 | La8 | Rgb8 | Rgba8) {
+        let pixels = image.to_rgb8().pixels().map(|p| p.0).collect();
+        if srgb {
+            Texels::Srgb8(pixels)
+        } else {
+            Texels::Linear8(pixels)
+        }
+    } else {
+        let decode = |v: f32| if srgb { srgb_to_linear(v) } else { v };
+        Texels::Float(
+            image
+                .to_rgb32f()
+                .pixels()
+                .map(|p| p.0.map(decode))
+                .collect(),
+        )
+    };
+    Ok((width, height, texels))
+}
+
+fn load_exr(path: &Path) -> Result<(usize, usize, Texels), SceneError> {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    type Pixels = (usize, Vec<[f32; 3]>);
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![[0.0; 3]; size.area()]),
+            |pixels: &mut Pixels, at, (r, g, b): (f32, f32, f32)| {
+                pixels.1[at.y() * pixels.0 + at.x()] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|e| file_error(path, e.to_string()))?;
+    let (width, pixels) = image.layer_data.channel_data.pixels;
+    if pixels.is_empty() {
+        return Err(file_error(path, "the image is empty"));
+    }
+    Ok((width, pixels.len() / width, Texels::Float(pixels)))
+}
+
+/// Bytes that a texture would take, from the header of its file; `None` when it cannot be read.
+pub(super) fn estimated_bytes(description: &TextureDescription) -> Option<usize> {
+    let path = description.path()?;
+    let (width, height) = image::image_dimensions(path).ok()?;
+    let hdr = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
+    Some(width as usize * height as usize * if hdr { 12 } else { 3 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pattern(nearest: bool, wrap: Wrap) -> Texture {
+        Texture {
+            width: 2,
+            height: 2,
+            texels: Texels::Float(vec![[1.0; 3], [2.0; 3], [3.0; 3], [4.0; 3]]),
+            nearest,
+            wrap,
+            uv_scale: Vec2::ONE,
+            uv_offset: Vec2::ZERO,
+        }
+    }
+
+    #[test]
+    fn v_points_up() {
+        let t = pattern(true, Wrap::Repeat);
+        assert_eq!(t.lookup(Vec2::new(0.1, 0.1))[0], 3.0);
+        assert_eq!(t.lookup(Vec2::new(0.9, 0.1))[0], 4.0);
+        assert_eq!(t.lookup(Vec2::new(0.1, 0.9))[0], 1.0);
+    }
+
+    #[test]
+    fn bilinear_is_exact_at_centres_and_between() {
+        let t = pattern(false, Wrap::Clamp);
+        assert_eq!(t.lookup(Vec2::new(0.25, 0.75))[0], 1.0);
+        assert_eq!(t.lookup(Vec2::new(0.5, 0.5))[0], 2.5);
+        assert_eq!(
+            t.lookup(Vec2::new(0.0, 1.0))[0],
+            1.0,
+            "clamped at the corner"
+        );
+        let r = pattern(false, Wrap::Repeat);
+        assert_eq!(
+            r.lookup(Vec2::new(0.0, 0.75))[0],
+            1.5,
+            "wraps to the other side"
+        );
+    }
+
+    #[test]
+    fn wrapping() {
+        assert_eq!(
+            [-1, 0, 3, 4].map(|i| wrapped(i, 4, Wrap::Repeat)),
+            [3, 0, 3, 0]
+        );
+        assert_eq!(
+            [-9, 0, 3, 4].map(|i| wrapped(i, 4, Wrap::Clamp)),
+            [0, 0, 3, 3]
+        );
+        assert_eq!(
+            [-1, 3, 4, 7, 8].map(|i| wrapped(i, 4, Wrap::Mirror)),
+            [0, 3, 3, 0, 0]
+        );
+    }
+
+    #[test]
+    fn wild_coordinates_do_not_panic() {
+        for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+            for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30] {
+                pattern(true, wrap).lookup(Vec2::splat(x));
+                pattern(false, wrap).lookup(Vec2::splat(x));
+            }
+        }
+    }
+
+    #[test]
+    fn srgb_follows_the_standard() {
+        assert_eq!(srgb_table()[0], 0.0);
+        assert_eq!(srgb_table()[255], 1.0);
+        assert!((srgb_table()[188] - 0.502_886_5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_checkerboard_has_its_first_colour_at_the_top_left() {
+        let mut description = TextureDescription::file("x.png".into());
+        description.source = TextureSource::Checkerboard([[1.0; 3], [0.0; 3]]);
+        description.nearest = true;
+        description.uv_scale = [2.0, 2.0];
+        let t = Texture::load(&description).unwrap();
+        assert_eq!(t.lookup(Vec2::new(0.1, 0.9))[0], 1.0);
+        assert_eq!(t.lookup(Vec2::new(0.3, 0.9))[0], 0.0);
+        assert_eq!(t.lookup(Vec2::new(0.6, 0.9))[0], 1.0, "scaled twice");
+    }
+
+    #[test]
+    fn files_are_read_and_damage_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        image::RgbImage::from_fn(2, 1, |x, _| image::Rgb([255 * x as u8, 0, 188]))
+            .save(&path)
+            .unwrap();
+        let mut description = TextureDescription::file(path.clone());
+        description.nearest = true;
+        let t = Texture::load(&description).unwrap();
+        assert_eq!((t.width, t.height, t.bytes()), (2, 1, 6));
+        assert!((t.lookup(Vec2::new(0.9, 0.5))[2] - 0.502_886_5).abs() < 1e-6);
+        description.srgb = false;
+        let raw = Texture::load(&description).unwrap();
+        assert!((raw.lookup(Vec2::new(0.9, 0.5))[2] - 188.0 / 255.0).abs() < 1e-6);
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        let error = Texture::load(&description).unwrap_err().to_string();
+        assert!(error.contains("a.png"), "{error}");
+    }
 }

@@ -1,0 +1,56 @@
+//! What `scene check` tells about a scene.
+
+use super::{BuildReport, Needs, Scene, SceneDescription, SceneError};
+
+/// A summary of a scene, loaded once in full.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct SceneCheck {
+    pub name: String,
+    pub title: String,
+    pub file: Option<String>,
+    /// `name width×height`, one per view.
+    pub views: Vec<String>,
+    pub shapes: usize,
+    pub emitting_shapes: usize,
+    pub materials: usize,
+    pub textures: usize,
+    pub directional_lights: usize,
+    pub has_environment: bool,
+    /// Scene units.
+    pub diagonal: f32,
+    pub ao_distance: f32,
+    pub metres_per_unit: f64,
+    pub max_depth: u32,
+    pub report: BuildReport,
+}
+
+/// Loads everything once and reports it. `report.cost.of(needs)` gives the bytes for the needs of a
+/// technique. Fails as [`Scene::build`] does.
+pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneError> {
+    let scene = Scene::build(description, Needs::ALL)?;
+    Ok(SceneCheck {
+        name: description.name.clone(),
+        title: description.title.clone(),
+        file: description.file.as_ref().map(|f| f.display().to_string()),
+        views: description
+            .views
+            .iter()
+            .map(|v| format!("{} {}×{}", v.name, v.width, v.height))
+            .collect(),
+        shapes: description.shapes.len(),
+        emitting_shapes: description
+            .shapes
+            .iter()
+            .filter(|s| s.emission.is_some())
+            .count(),
+        materials: description.materials.len(),
+        textures: description.textures.len(),
+        directional_lights: description.lights.len(),
+        has_environment: description.environment.is_some(),
+        diagonal: scene.diagonal,
+        ao_distance: scene.ao_distance,
+        metres_per_unit: scene.metres_per_unit,
+        max_depth: scene.max_depth,
+        report: scene.report,
+    })
+}

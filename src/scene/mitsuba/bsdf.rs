@@ -1,0 +1,349 @@
+//! Materials: the models that we have, and the nearest of them for the others.
+
+use super::Importer;
+use super::conductor::{conductor, dielectric, dielectric_names};
+use super::element::Element;
+use super::spectrum::colour;
+use crate::scene::text::advice;
+use crate::scene::{Bsdf, ColourSource, Material, SceneError};
+
+/// How deep wrappers may nest (`<ref>`s can form loops).
+const MAX_NESTING: usize = 16;
+
+impl<'a> Importer<'a> {
+    /// The index of the material of a `<bsdf>`.
+    pub(super) fn material(&mut self, element: &'a Element) -> Result<usize, SceneError> {
+        let key = std::ptr::from_ref(element);
+        if let Some(&index) = self.materials.get(&key) {
+            return Ok(index);
+        }
+        let mut material = self.bsdf(element, 0)?;
+        material.name = match element.id() {
+            Some(id) => id.to_owned(),
+            None => format!("{} {}", element.kind(), self.scene.materials.len()),
+        };
+        self.scene.materials.push(material);
+        let index = self.scene.materials.len() - 1;
+        self.materials.insert(key, index);
+        Ok(index)
+    }
+
+    fn bsdf(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        element.used.set(true);
+        if depth > MAX_NESTING {
+            return Err(element.error("materials refer to each other in a circle"));
+        }
+        let bsdf = match element.kind() {
+            "twosided" => {
+                let mut inner = self.inner(element, depth)?;
+                inner.two_sided = true;
+                return Ok(inner);
+            }
+            "mask" => return self.mask(element, depth),
+            "bumpmap" => return self.bump_map(element, depth),
+            "normalmap" | "coating" | "roughcoating" => {
+                let kind = element.kind();
+                self.note(format!("`{kind}` around a material is dropped"));
+                return self.unwrapped(element, depth);
+            }
+            "blendbsdf" | "mixturebsdf" => {
+                let kind = element.kind();
+                self.note(format!("`{kind}` becomes the first of its materials"));
+                return self.unwrapped(element, depth);
+            }
+            "null" => {
+                let mut material = one_sided(black());
+                material.opacity = Some(ColourSource::Constant([0.0; 3]));
+                return Ok(material);
+            }
+            "diffuse" => self.diffuse(element)?,
+            "roughdiffuse" => {
+                element.child("alpha");
+                self.note("`roughdiffuse` becomes diffuse");
+                self.diffuse(element)?
+            }
+            "plastic" => self.plastic(element, 0.0)?,
+            "roughplastic" => {
+                let alpha = self.alpha(element)?;
+                self.plastic(element, alpha)?
+            }
+            "conductor" => self.conductor(element, 0.0)?,
+            "roughconductor" => {
+                let alpha = self.alpha(element)?;
+                self.conductor(element, alpha)?
+            }
+            "dielectric" | "thindielectric" => self.dielectric(element)?,
+            "roughdielectric" => {
+                self.alpha(element)?;
+                self.note("`roughdielectric` becomes a smooth dielectric");
+                self.dielectric(element)?
+            }
+            "phong" | "ward" => self.phong(element)?,
+            "principled" | "principledthin" => self.principled(element)?,
+            other => {
+                element.mark_all();
+                self.note(format!(
+                    "material type `{other}` becomes a diffuse grey of 0.5"
+                ));
+                diffuse_of(ColourSource::Constant([0.5; 3]))
+            }
+        };
+        Ok(one_sided(bsdf))
+    }
+
+    /// The first material inside a wrapper.
+    fn inner(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let nested = self.nested(element, "bsdf")?;
+        let Some(&first) = nested.first() else {
+            return Err(element.error(format!("`{}` needs a material inside", element.kind())));
+        };
+        if nested.len() > 1 {
+            nested[1..].iter().for_each(|n| n.mark_all());
+            self.note(format!(
+                "only the first material inside `{}` is kept",
+                element.kind()
+            ));
+        }
+        self.bsdf(first, depth + 1)
+    }
+
+    /// The first material inside a wrapper whose own parameters are dropped.
+    fn unwrapped(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let nested = self.nested(element, "bsdf")?;
+        element.mark_all();
+        match nested.first() {
+            Some(first) => self.bsdf(first, depth + 1),
+            None => Err(element.error(format!("`{}` needs a material inside", element.kind()))),
+        }
+    }
+
+    fn mask(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let opacity = self.colour_source(element, &["opacity"], 0.5)?;
+        let mut inner = self.inner(element, depth)?;
+        inner.opacity = Some(opacity);
+        Ok(inner)
+    }
+
+    fn bump_map(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let scale = element.float("scale")?.unwrap_or(1.0) as f32;
+        let texture = element
+            .children
+            .iter()
+            .find(|c| c.tag == "texture" || self.resolved(c).is_ok_and(|r| r.tag == "texture"));
+        let mut inner = self.inner(element, depth)?;
+        if let Some(texture) = texture {
+            match self.scaled_source(texture)? {
+                (ColourSource::Texture(index), factor) => {
+                    inner.bump = Some((index, scale * factor))
+                }
+                (ColourSource::Constant(_), _) => self.note("a constant bump map is dropped"),
+            }
+        }
+        Ok(inner)
+    }
+
+    fn diffuse(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
+        let names = ["reflectance", "diffuse_reflectance"];
+        Ok(diffuse_of(self.colour_source(element, &names, 0.5)?))
+    }
+
+    fn plastic(&mut self, element: &'a Element, alpha: f32) -> Result<Bsdf, SceneError> {
+        let ior = self.relative_ior(element, 1.49)?;
+        Ok(Bsdf::Plastic {
+            diffuse: self.colour_source(element, &["diffuse_reflectance"], 0.5)?,
+            specular: self.plain_colour(element, "specular_reflectance", 1.0)?,
+            ior,
+            alpha,
+            nonlinear: element.boolean("nonlinear", false)?,
+        })
+    }
+
+    fn conductor(&mut self, element: &'a Element, alpha: f32) -> Result<Bsdf, SceneError> {
+        let (mut eta, mut k) = self.conductor_preset(element)?;
+        if let Some(value) = element.child("eta") {
+            eta = colour(self.resolved(value)?, false)?;
+        }
+        if let Some(value) = element.child("k") {
+            k = colour(self.resolved(value)?, false)?;
+        }
+        let outside = self.ior(element, "ext_eta", 1.0)? as f32;
+        Ok(Bsdf::Conductor {
+            eta: eta.map(|v| v / outside),
+            k: k.map(|v| v / outside),
+            specular: self.colour_source(element, &["specular_reflectance"], 1.0)?,
+            alpha,
+        })
+    }
+
+    fn conductor_preset(
+        &mut self,
+        element: &'a Element,
+    ) -> Result<([f32; 3], [f32; 3]), SceneError> {
+        let default = if self.version.0 == 0 { "Cu" } else { "none" };
+        let name = element.string("material")?.unwrap_or(default);
+        Ok(conductor(name).unwrap_or_else(|| {
+            self.note(format!(
+                "conductor `{name}` is not in the table: aluminium instead"
+            ));
+            conductor("Al").unwrap_or_default()
+        }))
+    }
+
+    fn dielectric(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
+        Ok(Bsdf::Dielectric {
+            ior: self.relative_ior(element, 1.5046)?,
+            thin: element.kind() == "thindielectric",
+            reflectance: self.plain_colour(element, "specular_reflectance", 1.0)?,
+            transmittance: self.plain_colour(element, "specular_transmittance", 1.0)?,
+        })
+    }
+
+    /// Diffuse plus glossy lobe as a coated diffuse surface: α = √(2/(n+2)), and an index of refraction
+    /// whose reflectance at normal incidence is the specular colour.
+    fn phong(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
+        let kind = element.kind();
+        let specular = self.plain_colour(element, "specular_reflectance", 0.2)?;
+        let diffuse = self.colour_source(element, &["diffuse_reflectance"], 0.5)?;
+        let alpha = if kind == "phong" {
+            let exponent = element.float("exponent")?.unwrap_or(30.0).max(0.0);
+            (2.0 / (exponent + 2.0)).sqrt() as f32
+        } else {
+            self.alpha(element)?
+        };
+        let strongest = specular.iter().fold(0.0_f32, |a, &b| a.max(b)).min(0.95);
+        if strongest <= 0.0 {
+            return Ok(diffuse_of(diffuse));
+        }
+        self.note(format!(
+            "`{kind}` becomes a rough coating of the same strength and width"
+        ));
+        let root = strongest.sqrt();
+        Ok(Bsdf::Plastic {
+            diffuse,
+            specular: specular.map(|s| s / strongest),
+            ior: (1.0 + root) / (1.0 - root),
+            alpha,
+            nonlinear: false,
+        })
+    }
+
+    fn principled(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
+        let base = self.colour_source(element, &["base_color"], 0.5)?;
+        let mut number = |name: &str, default: f32| {
+            self.plain_colour(element, name, default)
+                .map(|c| (c[0] + c[1] + c[2]) / 3.0)
+        };
+        let metallic = number("metallic", 0.0)?;
+        let transmission = number("spec_trans", 0.0)?;
+        let roughness = number("roughness", 0.5)?;
+        let alpha = (roughness * roughness).max(0.001);
+        let ior = element.float("eta")?.unwrap_or(1.5) as f32;
+        self.note("`principled` becomes plastic, metal or glass by its strongest part");
+        element.mark_all();
+        Ok(if transmission > 0.5 {
+            Bsdf::Dielectric {
+                ior,
+                thin: element.kind() == "principledthin",
+                reflectance: [1.0; 3],
+                transmittance: [1.0; 3],
+            }
+        } else if metallic > 0.5 {
+            Bsdf::Conductor {
+                eta: [0.0; 3],
+                k: [0.0; 3],
+                specular: base,
+                alpha,
+            }
+        } else {
+            Bsdf::Plastic {
+                diffuse: base,
+                specular: [1.0; 3],
+                ior,
+                alpha,
+                nonlinear: false,
+            }
+        })
+    }
+
+    /// GGX α; other distributions and anisotropy are approximated.
+    fn alpha(&mut self, element: &'a Element) -> Result<f32, SceneError> {
+        let distribution = element.string("distribution")?.unwrap_or("beckmann");
+        match distribution {
+            "ggx" => {}
+            "beckmann" | "phong" | "as" | "ward" | "balanced" | "duer" => {
+                self.note(format!(
+                    "microfacets `{distribution}` become GGX of the same width"
+                ));
+            }
+            other => {
+                let known = ["ggx", "beckmann", "phong", "as"];
+                return Err(Self::unknown_word(element, "distribution", other, &known));
+            }
+        }
+        element.child("sample_visible");
+        let alpha = match (element.child("alpha_u"), element.child("alpha_v")) {
+            (Some(_), Some(_)) => {
+                let u = self.plain_colour(element, "alpha_u", 0.1)?[0];
+                let v = self.plain_colour(element, "alpha_v", 0.1)?[0];
+                if u != v {
+                    self.note("anisotropic roughness becomes its geometric mean");
+                }
+                (u * v).sqrt()
+            }
+            _ => self.plain_colour(element, "alpha", 0.1)?[0],
+        };
+        if alpha >= 0.0 {
+            Ok(alpha)
+        } else {
+            Err(element.error(format!("a roughness of {alpha} cannot be")))
+        }
+    }
+
+    /// Interior over exterior index.
+    fn relative_ior(&mut self, element: &'a Element, default: f64) -> Result<f32, SceneError> {
+        let inside = self.ior(element, "int_ior", default)?;
+        let outside = self.ior(element, "ext_ior", 1.000_277)?;
+        Ok((inside / outside) as f32)
+    }
+
+    /// An index of refraction given as a number or a name.
+    fn ior(&mut self, element: &Element, name: &str, default: f64) -> Result<f64, SceneError> {
+        let Some(child) = element.child(name) else {
+            return Ok(default);
+        };
+        let value = if child.tag == "string" {
+            let word = child.required("value")?;
+            dielectric(word)
+                .or_else(|| word.parse().ok())
+                .ok_or_else(|| {
+                    let advice = advice(word, &dielectric_names());
+                    child.error(format!("no dielectric is called `{word}`; {advice}"))
+                })?
+        } else {
+            f64::from(colour(child, false)?[1])
+        };
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(child.error(format!("an index of refraction of {value} cannot be")))
+        }
+    }
+}
+
+fn one_sided(bsdf: Bsdf) -> Material {
+    Material {
+        name: String::new(),
+        bsdf,
+        two_sided: false,
+        opacity: None,
+        bump: None,
+    }
+}
+
+fn diffuse_of(reflectance: ColourSource) -> Bsdf {
+    Bsdf::Diffuse { reflectance }
+}
+
+fn black() -> Bsdf {
+    diffuse_of(ColourSource::Constant([0.0; 3]))
+}

@@ -1,0 +1,401 @@
+//! The XML tree of a Mitsuba scene: includes and `$parameters` resolved, names in `snake_case`.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use crate::scene::SceneError;
+use crate::scene::text::{advice, error_at, file_error, line_column};
+
+/// How deep files may include each other.
+const MAX_INCLUDES: usize = 16;
+
+/// An element with everything substituted. The names of parameters, as values of the attribute
+/// `name`, are in `snake_case` whatever the version of the file.
+pub(super) struct Element {
+    pub tag: String,
+    attributes: Vec<(String, String)>,
+    pub children: Vec<Element>,
+    pub file: Rc<PathBuf>,
+    pub line: usize,
+    pub column: usize,
+    /// Whether the importer has looked at it; what it never looks at is reported.
+    pub used: Cell<bool>,
+}
+
+impl Element {
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, v)| v.as_str())
+    }
+
+    /// The plugin: attribute `type`.
+    pub fn kind(&self) -> &str {
+        self.attribute("type").unwrap_or("")
+    }
+
+    /// The parameter name, empty if anonymous.
+    pub fn name(&self) -> &str {
+        self.attribute("name").unwrap_or("")
+    }
+
+    pub fn id(&self) -> Option<&str> {
+        self.attribute("id")
+    }
+
+    /// The child of this parameter name, marked as used.
+    pub fn child(&self, name: &str) -> Option<&Element> {
+        let child = self.children.iter().find(|c| c.name() == name)?;
+        child.used.set(true);
+        Some(child)
+    }
+
+    /// All children with a tag.
+    pub fn tagged<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Element> {
+        self.children.iter().filter(move |c| c.tag == tag)
+    }
+
+    /// An error at this element.
+    pub fn error(&self, message: impl Into<String>) -> SceneError {
+        SceneError::At {
+            file: self.file.to_path_buf(),
+            line: self.line,
+            column: self.column,
+            message: message.into(),
+        }
+    }
+
+    /// The attribute or an error that names it.
+    pub fn required(&self, attribute: &str) -> Result<&str, SceneError> {
+        self.attribute(attribute)
+            .ok_or_else(|| self.error(format!("<{}> needs the attribute `{attribute}`", self.tag)))
+    }
+
+    /// The numbers in an attribute, separated by commas or white space.
+    pub fn numbers(&self, attribute: &str) -> Result<Vec<f64>, SceneError> {
+        let text = self.required(attribute)?;
+        let words = text
+            .split([',', ' ', '\t', '\n', '\r', ';'])
+            .filter(|w| !w.is_empty());
+        words
+            .map(|w| {
+                w.parse().map_err(|_| {
+                    self.error(format!(
+                        "`{w}` in {attribute}=\"{}\" is not a number",
+                        clip(text)
+                    ))
+                })
+            })
+            .collect()
+    }
+
+    /// The float (or integer) parameter of this name.
+    pub fn float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        let Some(child) = self.child(name) else {
+            return Ok(None);
+        };
+        match child.numbers("value")?[..] {
+            [x] => Ok(Some(x)),
+            _ => Err(child.error(format!("`{name}` must be one number"))),
+        }
+    }
+
+    /// The boolean parameter of this name.
+    pub fn boolean(&self, name: &str, default: bool) -> Result<bool, SceneError> {
+        let Some(child) = self.child(name) else {
+            return Ok(default);
+        };
+        match child
+            .required("value")?
+            .trim()
+            .to_ascii_lowercase()
+            .as_str()
+        {
+            "true" => Ok(true),
+            "false" => Ok(false),
+            other => Err(child.error(format!("`{name}` must be true or false, not `{other}`"))),
+        }
+    }
+
+    /// The string parameter of this name.
+    pub fn string(&self, name: &str) -> Result<Option<&str>, SceneError> {
+        self.child(name)
+            .map(|c| c.required("value").map(str::trim))
+            .transpose()
+    }
+
+    /// Marks the whole subtree as looked at.
+    pub fn mark_all(&self) {
+        self.used.set(true);
+        self.children.iter().for_each(Element::mark_all);
+    }
+}
+
+/// At most forty characters of a value, for messages.
+fn clip(text: &str) -> String {
+    match text.char_indices().nth(40) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+/// A scene file and its version.
+pub(super) struct Document {
+    pub root: Element,
+    pub version: (u32, u32),
+}
+
+/// Reads a scene file with all it includes.
+pub(super) fn read_document(file: &Path) -> Result<Document, SceneError> {
+    let text = std::fs::read_to_string(file).map_err(|e| file_error(file, e.to_string()))?;
+    parse_document(file, &text)
+}
+
+/// Parses the text of a scene file.
+pub(super) fn parse_document(file: &Path, text: &str) -> Result<Document, SceneError> {
+    let mut parameters = HashMap::new();
+    let root = parse(file, text, &mut parameters, 0)?;
+    if root.tag != "scene" {
+        let message = format!("expected <scene version=\"…\">, found <{}>", root.tag);
+        return Err(root.error(message));
+    }
+    let version = root.attribute("version").unwrap_or("0.5.0");
+    let mut numbers = version.split('.').map(str::parse::<u32>);
+    match (numbers.next(), numbers.next()) {
+        (Some(Ok(major)), Some(Ok(minor))) => Ok(Document {
+            version: (major, minor),
+            root,
+        }),
+        _ => Err(root.error(format!("`{version}` is not a scene version like 3.0.0"))),
+    }
+}
+
+fn parse(
+    file: &Path,
+    text: &str,
+    parameters: &mut HashMap<String, String>,
+    depth: usize,
+) -> Result<Element, SceneError> {
+    let options = roxmltree::ParsingOptions {
+        allow_dtd: true,
+        ..Default::default()
+    };
+    let document = roxmltree::Document::parse_with_options(text, options).map_err(|e| {
+        let at = e.pos();
+        let message = e.to_string();
+        let message = message
+            .rsplit_once(" at ")
+            .map_or(message.as_str(), |(m, _)| m)
+            .to_owned();
+        SceneError::At {
+            file: file.to_owned(),
+            line: at.row as usize,
+            column: at.col as usize,
+            message,
+        }
+    })?;
+    let mut reader = Reader {
+        file: Rc::new(file.to_owned()),
+        text,
+        parameters,
+        depth,
+    };
+    reader.element(document.root_element())
+}
+
+struct Reader<'a> {
+    file: Rc<PathBuf>,
+    text: &'a str,
+    parameters: &'a mut HashMap<String, String>,
+    depth: usize,
+}
+
+impl Reader<'_> {
+    fn element(&mut self, node: roxmltree::Node) -> Result<Element, SceneError> {
+        let (line, column) = line_column(self.text, node.range().start);
+        let tag = node.tag_name().name();
+        let mut attributes = Vec::new();
+        for attribute in node.attributes() {
+            let mut value = self.substituted(attribute.value(), attribute.range().start)?;
+            if attribute.name() == "name" && tag != "default" {
+                value = snake_case(&value);
+            }
+            attributes.push((attribute.name().to_owned(), value));
+        }
+        let mut element = Element {
+            tag: if tag == "lookAt" {
+                "lookat".into()
+            } else {
+                tag.to_owned()
+            },
+            attributes,
+            children: Vec::new(),
+            file: self.file.clone(),
+            line,
+            column,
+            used: Cell::new(false),
+        };
+        for child in node.children().filter(roxmltree::Node::is_element) {
+            let child = self.element(child)?;
+            match child.tag.as_str() {
+                "default" => {
+                    let (name, value) = (child.required("name")?, child.required("value")?);
+                    self.parameters
+                        .entry(name.to_owned())
+                        .or_insert(value.to_owned());
+                }
+                "include" => element.children.extend(self.include(&child)?),
+                _ => element.children.push(child),
+            }
+        }
+        Ok(element)
+    }
+
+    /// Replaces `$name` by the declared default.
+    fn substituted(&self, value: &str, offset: usize) -> Result<String, SceneError> {
+        let mut out = String::with_capacity(value.len());
+        let mut rest = value;
+        while let Some(at) = rest.find('$') {
+            out.push_str(&rest[..at]);
+            rest = &rest[at + 1..];
+            let end = rest
+                .find(|c: char| !c.is_alphanumeric() && c != '_')
+                .unwrap_or(rest.len());
+            let name = &rest[..end];
+            match self.parameters.get(name) {
+                Some(value) => out.push_str(value),
+                None => {
+                    let known: Vec<&str> = self.parameters.keys().map(String::as_str).collect();
+                    let mut known = known;
+                    known.sort_unstable();
+                    let message = format!("`${name}` has no <default>; {}", advice(name, &known));
+                    return Err(error_at(&self.file, self.text, offset, message));
+                }
+            }
+            rest = &rest[end..];
+        }
+        out.push_str(rest);
+        Ok(out)
+    }
+
+    /// The children of the root of an included file.
+    fn include(&mut self, element: &Element) -> Result<Vec<Element>, SceneError> {
+        if self.depth >= MAX_INCLUDES {
+            return Err(element.error("files include each other without end"));
+        }
+        let name = element.required("filename")?;
+        let path = self.file.parent().unwrap_or(Path::new("")).join(name);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| element.error(format!("{}: {e}", path.display())))?;
+        let root = parse(&path, &text, self.parameters, self.depth + 1)?;
+        Ok(if root.tag == "scene" {
+            root.children
+        } else {
+            vec![root]
+        })
+    }
+}
+
+/// `toWorld` → `to_world`, `intIOR` → `int_ior`; names already in `snake_case` stay.
+pub(super) fn snake_case(name: &str) -> String {
+    let mut out = String::with_capacity(name.len() + 4);
+    let mut before_lower = false;
+    for c in name.chars() {
+        if c.is_uppercase() && before_lower {
+            out.push('_');
+        }
+        before_lower = c.is_lowercase() || c.is_ascii_digit();
+        out.extend(c.to_lowercase());
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse_text(text: &str) -> Result<Document, String> {
+        parse_document(Path::new("s.xml"), text).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn names_become_snake_case() {
+        for (camel, snake) in [
+            ("toWorld", "to_world"),
+            ("intIOR", "int_ior"),
+            ("diffuseReflectance", "diffuse_reflectance"),
+            ("to_world", "to_world"),
+            ("alphaU", "alpha_u"),
+            ("p0", "p0"),
+            ("color1", "color1"),
+        ] {
+            assert_eq!(snake_case(camel), snake);
+        }
+    }
+
+    #[test]
+    fn parameters_are_substituted_and_unknown_ones_named() {
+        let document = parse_text(
+            "<scene version='3.0.0'><default name='n' value='7'/><default name='n' value='8'/>\n<a type='$n' value='x${n}'/></scene>",
+        );
+        assert!(document.is_err(), "braces are not a name");
+        let document = parse_text("<scene version='3.0.0'><default name='n' value='7'/><default name='n' value='8'/>\n<a type='$n'/></scene>").unwrap();
+        assert_eq!(document.root.children[0].kind(), "7");
+        assert_eq!(document.version, (3, 0));
+        let error = parse_text(
+            "<scene version='3.0.0'><default name='depth' value='7'/>\n  <a type='$dept'/></scene>",
+        )
+        .err()
+        .unwrap();
+        assert!(error.starts_with("s.xml:2:"), "{error}");
+        assert!(error.contains("did you mean `depth`"), "{error}");
+    }
+
+    #[test]
+    fn errors_have_places() {
+        let error = parse_text("<scene version='3.0.0'>\n  <a></b>\n</scene>")
+            .err()
+            .unwrap();
+        assert!(error.starts_with("s.xml:2:"), "{error}");
+        let error = parse_text("<mesh/>").err().unwrap();
+        assert!(error.starts_with("s.xml:1:1: expected <scene"), "{error}");
+        let document =
+            parse_text("<scene version='0.5.0'><a>\n <float name='fov' value='x'/></a></scene>")
+                .unwrap();
+        let error = document.root.children[0]
+            .float("fov")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(error, "s.xml:2:2: `x` in value=\"x\" is not a number");
+    }
+
+    #[test]
+    fn includes_are_spliced_and_loops_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(
+            path("b.xml"),
+            "<scene version='3.0.0'><b type='$t'/><c/></scene>",
+        )
+        .unwrap();
+        std::fs::write(path("a.xml"), "<scene version='3.0.0'><default name='t' value='q'/><include filename='b.xml'/><d/></scene>").unwrap();
+        let document = read_document(&path("a.xml")).unwrap();
+        let tags: Vec<&str> = document
+            .root
+            .children
+            .iter()
+            .map(|c| c.tag.as_str())
+            .collect();
+        assert_eq!(tags, ["b", "c", "d"]);
+        std::fs::write(
+            path("b.xml"),
+            "<scene version='3.0.0'><include filename='b.xml'/></scene>",
+        )
+        .unwrap();
+        let error = read_document(&path("a.xml")).err().unwrap().to_string();
+        assert!(error.contains("without end"), "{error}");
+    }
+}

@@ -1,0 +1,134 @@
+//! Emitters without a shape.
+
+use glam::{DMat4, DVec3};
+
+use super::Importer;
+use super::element::Element;
+use super::spectrum::colour;
+use super::transform::{transform, vector};
+use crate::scene::{EnvironmentDescription, LightDescription, SceneError};
+
+impl<'a> Importer<'a> {
+    pub(super) fn emitter(&mut self, element: &'a Element) -> Result<(), SceneError> {
+        element.used.set(true);
+        element.child("sampling_weight");
+        let to_world = match element.child("to_world") {
+            Some(t) => transform(t)?,
+            None => DMat4::IDENTITY,
+        };
+        let environment = match element.kind() {
+            "constant" => EnvironmentDescription::Constant {
+                radiance: self.emitted(element, "radiance")?,
+            },
+            "envmap" => EnvironmentDescription::Map {
+                path: self.path(element)?,
+                scale: element.float("scale")?.unwrap_or(1.0) as f32,
+                to_world,
+            },
+            "sunsky" | "sun" | "sky" => self.sun_sky(element, to_world)?,
+            "directional" => return self.directional(element, to_world),
+            other => {
+                element.mark_all();
+                self.note(format!("emitter `{other}` is left out"));
+                return Ok(());
+            }
+        };
+        self.set_environment(environment);
+        Ok(())
+    }
+
+    /// A sun and a sky become one; otherwise the last environment wins.
+    fn set_environment(&mut self, mut environment: EnvironmentDescription) {
+        use EnvironmentDescription::SunSky;
+        match (&mut environment, self.scene.environment.take()) {
+            (
+                SunSky { sun, sky, .. },
+                Some(SunSky {
+                    sun: other_sun,
+                    sky: other_sky,
+                    ..
+                }),
+            ) => {
+                *sun |= other_sun;
+                *sky |= other_sky;
+            }
+            (_, Some(_)) => self.note("only the last of several environments is kept"),
+            (_, None) => {}
+        }
+        self.scene.environment = Some(environment);
+    }
+
+    fn directional(&mut self, element: &'a Element, to_world: DMat4) -> Result<(), SceneError> {
+        let direction = match element.child("direction") {
+            Some(d) => vector(d, 0.0)?,
+            None => to_world.transform_vector3(DVec3::Z),
+        };
+        if !(direction.is_finite() && direction != DVec3::ZERO) {
+            return Err(element.error("the direction of the light is zero"));
+        }
+        let irradiance = self.emitted(element, "irradiance")?;
+        self.scene.lights.push(LightDescription::Directional {
+            direction: direction.normalize(),
+            irradiance,
+        });
+        Ok(())
+    }
+
+    fn emitted(&mut self, element: &'a Element, name: &str) -> Result<[f32; 3], SceneError> {
+        match element.child(name) {
+            Some(value) => colour(self.resolved(value)?, false),
+            None => Ok([1.0; 3]),
+        }
+    }
+
+    fn sun_sky(
+        &mut self,
+        element: &'a Element,
+        to_world: DMat4,
+    ) -> Result<EnvironmentDescription, SceneError> {
+        let direction = match element.child("sun_direction") {
+            Some(d) => vector(d, 0.0)?,
+            None => {
+                self.note("the sun's direction is not given (date and place are not evaluated): 45° towards +x");
+                DVec3::new(1.0, 1.0, 0.0)
+            }
+        };
+        let sun_direction = to_world.transform_vector3(direction).normalize_or_zero();
+        if sun_direction == DVec3::ZERO {
+            return Err(element.error("the direction of the sun is zero"));
+        }
+        let up = to_world.transform_vector3(DVec3::Y).normalize_or_zero();
+        if up.dot(DVec3::Y) < 0.999_999 {
+            self.note("the tilt of a sky is ignored: its zenith is +y");
+        }
+        let number = |name: &str, default: f64| Ok(element.float(name)?.unwrap_or(default));
+        let scale = number("scale", 1.0)?;
+        let sky_scale = number("sky_scale", scale)?;
+        let sun_scale = number("sun_scale", scale)?;
+        let kind = element.kind();
+        let (sun, sky) = (
+            kind != "sky" && sun_scale > 0.0,
+            kind != "sun" && sky_scale > 0.0,
+        );
+        if sun && sky && sun_scale != sky_scale {
+            self.note(format!(
+                "sun_scale {sun_scale} becomes the sky_scale {sky_scale}"
+            ));
+        }
+        let albedo = match element.child("albedo") {
+            Some(value) => {
+                let [r, g, b] = colour(self.resolved(value)?, true)?;
+                (r + g + b) / 3.0
+            }
+            None => 0.2,
+        };
+        Ok(EnvironmentDescription::SunSky {
+            sun_direction,
+            turbidity: number("turbidity", 3.0)? as f32,
+            albedo,
+            sun,
+            sky,
+            scale: (if sky { sky_scale } else { sun_scale }) as f32,
+        })
+    }
+}

@@ -1,0 +1,240 @@
+//! Mitsuba XML scenes of the versions 0.5, 0.6, 2 and 3.
+//!
+//! Conventions are those of Mitsuba: cameras look along +z of their space with +x to the *left* of
+//! the image; transform chains apply their steps in order; `id`s name what `<ref>`s use, so that a
+//! material inside a bump map is the bare material when it is referred to by its own id. What is
+//! dropped or approximated is counted in the notes of the description.
+
+mod bsdf;
+mod cie;
+mod conductor;
+mod element;
+mod emitter;
+mod sensor;
+mod shape;
+mod spectrum;
+mod texture;
+mod transform;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use element::{Document, Element, read_document};
+
+use super::text::advice;
+use super::{Material, SceneDescription, SceneError};
+
+/// Depth that stands for Mitsuba's unlimited −1.
+const UNLIMITED_DEPTH: u32 = 65;
+
+/// Reads a scene file; no mesh, texture or map is opened.
+pub(super) fn load_mitsuba(file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
+    let document = read_document(file)?;
+    import(&document, file, name)
+}
+
+fn import(document: &Document, file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
+    let mut importer = Importer::new(document, file, name);
+    importer.top_level(&document.root)?;
+    importer.note_ignored(&document.root);
+    let mut scene = importer.scene;
+    if scene.views.is_empty() {
+        return Err(document
+            .root
+            .error("the scene has no perspective sensor, so nothing to look from"));
+    }
+    scene.notes = importer
+        .notes
+        .into_iter()
+        .map(|(text, count)| match count {
+            1 => text,
+            _ => format!("{text} ({count} times)"),
+        })
+        .collect();
+    Ok(scene)
+}
+
+/// The state of one import.
+struct Importer<'a> {
+    folder: PathBuf,
+    version: (u32, u32),
+    ids: HashMap<&'a str, &'a Element>,
+    scene: SceneDescription,
+    /// Sentences and how often they apply.
+    notes: BTreeMap<String, usize>,
+    /// What has been made of elements, by their address in the tree.
+    materials: HashMap<*const Element, usize>,
+    textures: HashMap<*const Element, usize>,
+}
+
+impl<'a> Importer<'a> {
+    fn new(document: &'a Document, file: &Path, name: &str) -> Self {
+        let mut ids = HashMap::new();
+        collect_ids(&document.root, &mut ids);
+        let mut default_material = Material::diffuse("default", [0.5; 3]);
+        default_material.two_sided = false;
+        Importer {
+            folder: file.parent().unwrap_or(Path::new("")).to_owned(),
+            version: document.version,
+            ids,
+            scene: SceneDescription {
+                name: name.to_owned(),
+                title: format!("Mitsuba scene {}", file.display()),
+                file: Some(file.to_owned()),
+                metres_per_unit: 1.0,
+                exposure: 1.0,
+                max_depth: UNLIMITED_DEPTH,
+                materials: vec![default_material],
+                ..SceneDescription::default()
+            },
+            notes: BTreeMap::new(),
+            materials: HashMap::new(),
+            textures: HashMap::new(),
+        }
+    }
+
+    fn top_level(&mut self, root: &'a Element) -> Result<(), SceneError> {
+        root.used.set(true);
+        for element in &root.children {
+            match element.tag.as_str() {
+                "integrator" => self.integrator(element)?,
+                "sensor" | "camera" => self.sensor(element)?,
+                "shape" => self.shape(element, glam::DMat4::IDENTITY)?,
+                "emitter" | "luminaire" => self.emitter(element)?,
+                "bsdf" | "texture" | "medium" | "alias" => {}
+                other => {
+                    element.mark_all();
+                    self.note(format!("<{other}> is ignored"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn integrator(&mut self, element: &Element) -> Result<(), SceneError> {
+        let found = find_integer(element, "max_depth")?;
+        let direct = element.kind() == "direct";
+        element.mark_all();
+        self.scene.max_depth = match found {
+            _ if direct => 2,
+            Some(depth) if depth >= 0.0 => depth as u32,
+            _ => {
+                let note = format!("unlimited path depth becomes {UNLIMITED_DEPTH} edges");
+                self.note(note);
+                UNLIMITED_DEPTH
+            }
+        };
+        Ok(())
+    }
+
+    /// Counts one occurrence of something dropped or approximated.
+    fn note(&mut self, text: impl Into<String>) {
+        *self.notes.entry(text.into()).or_insert(0) += 1;
+    }
+
+    /// What a `<ref>` refers to, or the element itself.
+    fn resolved(&self, element: &'a Element) -> Result<&'a Element, SceneError> {
+        if element.tag != "ref" {
+            return Ok(element);
+        }
+        element.used.set(true);
+        let id = element.required("id")?;
+        self.ids.get(id).copied().ok_or_else(|| {
+            let mut known: Vec<&str> = self.ids.keys().copied().collect();
+            known.sort_unstable();
+            known.truncate(200);
+            let nearest = super::text::nearest(id, &known);
+            let hint = nearest.map_or(String::new(), |k| format!("; did you mean `{k}`?"));
+            element.error(format!("nothing has the id `{id}`{hint}"))
+        })
+    }
+
+    /// The children (or what they refer to) with a tag.
+    fn nested(&self, element: &'a Element, tag: &str) -> Result<Vec<&'a Element>, SceneError> {
+        let mut found = Vec::new();
+        for child in &element.children {
+            if child.tag == tag || child.tag == "ref" {
+                let target = self.resolved(child)?;
+                if target.tag == tag {
+                    found.push(target);
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// A file named by a scene, relative to the scene's folder.
+    fn path(&self, element: &Element) -> Result<PathBuf, SceneError> {
+        match element.string("filename")? {
+            Some(name) => Ok(self.folder.join(name.replace('\\', "/"))),
+            None => Err(element.error(format!("{} needs a `filename`", element.kind()))),
+        }
+    }
+
+    /// One of the known words, or an error with the nearest one.
+    fn unknown_word(element: &Element, what: &str, word: &str, known: &[&str]) -> SceneError {
+        element.error(format!(
+            "{what} `{word}` is unknown; {}",
+            advice(word, known)
+        ))
+    }
+
+    /// Notes parameters that nothing has looked at, inside elements that were used.
+    fn note_ignored(&mut self, element: &Element) {
+        for child in &element.children {
+            if child.used.get() {
+                self.note_ignored(child);
+            } else if matches!(child.tag.as_str(), "bsdf" | "texture") && element.tag == "scene" {
+                self.note(format!("a {} that nothing uses is left out", child.tag));
+            } else if !child.name().is_empty() {
+                self.note(format!(
+                    "parameter `{}` of {} `{}` is ignored",
+                    child.name(),
+                    element.tag,
+                    element.kind()
+                ));
+            } else if element.tag != "scene" {
+                self.note(format!(
+                    "<{} type=\"{}\"> in {} `{}` is ignored",
+                    child.tag,
+                    child.kind(),
+                    element.tag,
+                    element.kind()
+                ));
+            }
+        }
+    }
+}
+
+fn collect_ids<'a>(element: &'a Element, ids: &mut HashMap<&'a str, &'a Element>) {
+    for child in &element.children {
+        if let (Some(id), true) = (child.id(), child.tag != "ref") {
+            ids.entry(id).or_insert(child);
+        }
+        collect_ids(child, ids);
+    }
+    for alias in element.tagged("alias") {
+        alias.used.set(true);
+        if let (Some(id), Some(name)) = (alias.id(), alias.attribute("as")) {
+            if let Some(&target) = ids.get(id) {
+                ids.insert(name, target);
+            }
+        }
+    }
+}
+
+/// A number parameter of an element or of the integrators inside it.
+fn find_integer(element: &Element, name: &str) -> Result<Option<f64>, SceneError> {
+    if let Some(value) = element.float(name)? {
+        return Ok(Some(value));
+    }
+    for inner in element.tagged("integrator") {
+        if let Some(value) = find_integer(inner, name)? {
+            return Ok(Some(value));
+        }
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests;

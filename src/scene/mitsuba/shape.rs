@@ -1,0 +1,144 @@
+//! Shapes, instances and the area lights on them.
+
+use glam::{DMat4, DVec3};
+
+use super::Importer;
+use super::element::Element;
+use super::spectrum::colour;
+use super::transform::{transform, vector};
+use crate::scene::{SceneError, ShapeDescription, ShapeSource};
+
+impl<'a> Importer<'a> {
+    /// Adds a shape, or the shapes of an instance; `outer` is the transform of the instance.
+    pub(super) fn shape(&mut self, element: &'a Element, outer: DMat4) -> Result<(), SceneError> {
+        element.used.set(true);
+        match element.kind() {
+            // Only its instances are visible.
+            "shapegroup" => return Ok(()),
+            "instance" => return self.instance(element, outer),
+            _ => {}
+        }
+        let Some(source) = self.source(element)? else {
+            element.mark_all();
+            self.note(format!("shape type `{}` is left out", element.kind()));
+            return Ok(());
+        };
+        let to_world = match element.child("to_world") {
+            Some(t) => transform(t)?,
+            None => DMat4::IDENTITY,
+        };
+        let is_file = source.path().is_some();
+        let is_obj = matches!(source, ShapeSource::Obj { .. });
+        let name = match element.id() {
+            Some(id) => id.to_owned(),
+            None => format!("{} {}", element.kind(), self.scene.shapes.len()),
+        };
+        let face_normals = element.boolean("face_normals", false)?;
+        let flip_tex_coords = element.boolean("flip_tex_coords", is_obj)?;
+        if element.child("max_smooth_angle").is_some() {
+            self.note("max_smooth_angle is ignored: the normals of the file are kept");
+        }
+        element.child("shape_name");
+        let shape = ShapeDescription {
+            to_world: outer * to_world,
+            material: self.shape_material(element)?,
+            emission: self.area_emission(element)?,
+            flip_normals: element.boolean("flip_normals", false)?,
+            face_normals,
+            smooth_normals: is_file,
+            // Mitsuba counts v from the top row of the image, we from the bottom.
+            flip_v: !flip_tex_coords,
+            ..ShapeDescription::new(&name, source)
+        };
+        self.scene.shapes.push(shape);
+        Ok(())
+    }
+
+    fn source(&mut self, element: &Element) -> Result<Option<ShapeSource>, SceneError> {
+        let number = |name: &str, default: f64| Ok(element.float(name)?.unwrap_or(default));
+        let point = |name: &str, default: DVec3| match element.child(name) {
+            Some(p) => vector(p, 0.0),
+            None => Ok(default),
+        };
+        Ok(Some(match element.kind() {
+            "obj" => ShapeSource::Obj {
+                path: self.path(element)?,
+                part: element.string("shape_name")?.map(str::to_owned),
+            },
+            "ply" => ShapeSource::Ply {
+                path: self.path(element)?,
+            },
+            "serialized" => ShapeSource::Serialized {
+                path: self.path(element)?,
+                index: number("shape_index", 0.0)? as usize,
+            },
+            "rectangle" => ShapeSource::Rectangle,
+            "cube" => ShapeSource::Cube,
+            "disk" => ShapeSource::Disk,
+            "sphere" => ShapeSource::Sphere {
+                centre: point("center", DVec3::ZERO)?,
+                radius: number("radius", 1.0)?,
+            },
+            "cylinder" => ShapeSource::Cylinder {
+                from: point("p0", DVec3::ZERO)?,
+                to: point("p1", DVec3::Z)?,
+                radius: number("radius", 1.0)?,
+            },
+            _ => return Ok(None),
+        }))
+    }
+
+    fn instance(&mut self, element: &'a Element, outer: DMat4) -> Result<(), SceneError> {
+        let to_world = match element.child("to_world") {
+            Some(t) => transform(t)?,
+            None => DMat4::IDENTITY,
+        };
+        for group in self.nested(element, "shape")? {
+            group.used.set(true);
+            if group.kind() != "shapegroup" {
+                return Err(group.error("an instance needs a shapegroup"));
+            }
+            for shape in group.tagged("shape") {
+                if matches!(shape.kind(), "instance" | "shapegroup") {
+                    return Err(shape.error("a shapegroup cannot hold instances"));
+                }
+                self.shape(shape, outer * to_world)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn shape_material(&mut self, element: &'a Element) -> Result<usize, SceneError> {
+        match self.nested(element, "bsdf")?.first() {
+            Some(bsdf) => self.material(bsdf),
+            None => Ok(0),
+        }
+    }
+
+    fn area_emission(&mut self, element: &'a Element) -> Result<Option<[f32; 3]>, SceneError> {
+        let emitters = self.nested(element, "emitter")?;
+        let Some(emitter) = emitters.first() else {
+            return Ok(None);
+        };
+        emitter.used.set(true);
+        if emitter.kind() != "area" {
+            emitter.mark_all();
+            self.note(format!(
+                "emitter `{}` on a shape is left out",
+                emitter.kind()
+            ));
+            return Ok(None);
+        }
+        emitter.child("sampling_weight");
+        let Some(radiance) = emitter.child("radiance") else {
+            return Ok(Some([1.0; 3]));
+        };
+        let radiance = self.resolved(radiance)?;
+        if radiance.tag == "texture" {
+            radiance.mark_all();
+            self.note("a textured area light emits a constant radiance of 0.5 instead");
+            return Ok(Some([0.5; 3]));
+        }
+        colour(radiance, false).map(Some)
+    }
+}

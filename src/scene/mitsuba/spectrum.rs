@@ -1,0 +1,229 @@
+//! Colours: `<rgb>`, `<srgb>`, `<spectrum>`, `<blackbody>` as linear Rec.709.
+
+use super::cie::{FIRST_NM, OBSERVER, STEP_NM};
+use super::element::Element;
+use crate::scene::SceneError;
+use crate::scene::texture::srgb_to_linear;
+
+/// The colour of an element; `bounded` ones (reflectances given as spectra) are clamped to [0, 1].
+///
+/// Spectra are weighted with the observer under equal energy, as Mitsuba's RGB modes do: a flat
+/// reflectance is therefore slightly red, (1.205, 0.948, 0.909).
+pub(super) fn colour(element: &Element, bounded: bool) -> Result<[f32; 3], SceneError> {
+    element.used.set(true);
+    let result = match element.tag.as_str() {
+        "srgb" => srgb(element)?,
+        "blackbody" => blackbody(element)?,
+        "spectrum" if element.attribute("filename").is_some() => {
+            let pairs = spectrum_file(element)?;
+            of_spectrum(&pairs, bounded)
+        }
+        "spectrum" if element.attribute("value").is_some_and(|v| v.contains(':')) => {
+            of_spectrum(&pairs(element)?, bounded)
+        }
+        "rgb" | "color" | "spectrum" | "float" | "integer" => match element.numbers("value")?[..] {
+            [grey] => [grey; 3],
+            [r, g, b] => [r, g, b],
+            ref other => {
+                let message = format!("a colour has one or three numbers, not {}", other.len());
+                return Err(element.error(message));
+            }
+        },
+        other => return Err(element.error(format!("<{other}> is not a colour"))),
+    };
+    if result.iter().any(|v| !v.is_finite()) {
+        return Err(element.error("the colour is not finite"));
+    }
+    Ok(result.map(|v| v as f32))
+}
+
+/// `#rrggbb` or three sRGB-coded numbers in [0, 1].
+fn srgb(element: &Element) -> Result<[f64; 3], SceneError> {
+    let text = element.required("value")?.trim();
+    let coded = match text.strip_prefix('#') {
+        Some(hex) if hex.len() == 6 && hex.is_ascii() => {
+            let channel = |at: usize| u8::from_str_radix(&hex[at..at + 2], 16);
+            match (channel(0), channel(2), channel(4)) {
+                (Ok(r), Ok(g), Ok(b)) => [r, g, b].map(|v| f64::from(v) / 255.0),
+                _ => return Err(element.error(format!("`{text}` is not a colour like #80ff00"))),
+            }
+        }
+        Some(_) => return Err(element.error(format!("`{text}` is not a colour like #80ff00"))),
+        None => match element.numbers("value")?[..] {
+            [grey] => [grey; 3],
+            [r, g, b] => [r, g, b],
+            _ => return Err(element.error("a colour has one or three numbers")),
+        },
+    };
+    Ok(coded.map(|v| f64::from(srgb_to_linear(v as f32))))
+}
+
+/// `wavelength:value` pairs, wavelengths (nm) increasing.
+fn pairs(element: &Element) -> Result<Vec<[f64; 2]>, SceneError> {
+    let text = element.required("value")?;
+    let words = text
+        .split([',', ' ', '\t', '\n', '\r'])
+        .filter(|w| !w.is_empty());
+    let pairs: Result<Vec<_>, _> = words
+        .map(|word| {
+            let pair = word.split_once(':').and_then(|(w, v)| {
+                Some([w.trim().parse::<f64>().ok()?, v.trim().parse::<f64>().ok()?])
+            });
+            pair.ok_or_else(|| element.error(format!("`{word}` is not wavelength:value")))
+        })
+        .collect();
+    increasing(element, pairs?)
+}
+
+/// The lines of an `.spd` file beside the scene.
+fn spectrum_file(element: &Element) -> Result<Vec<[f64; 2]>, SceneError> {
+    let folder = element.file.parent().unwrap_or("".as_ref());
+    let path = folder.join(element.required("filename")?);
+    let text = std::fs::read_to_string(&path)
+        .map_err(|e| element.error(format!("{}: {e}", path.display())))?;
+    let mut pairs = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or("").trim();
+        if line.is_empty() {
+            continue;
+        }
+        let numbers: Vec<f64> = line
+            .split_whitespace()
+            .filter_map(|w| w.parse().ok())
+            .collect();
+        let [wavelength, value] = numbers[..] else {
+            return Err(SceneError::At {
+                file: path,
+                line: number + 1,
+                column: 1,
+                message: "expected a wavelength and a value".into(),
+            });
+        };
+        pairs.push([wavelength, value]);
+    }
+    increasing(element, pairs)
+}
+
+fn increasing(element: &Element, pairs: Vec<[f64; 2]>) -> Result<Vec<[f64; 2]>, SceneError> {
+    if pairs.is_empty() || pairs.windows(2).any(|w| w[0][0] >= w[1][0]) {
+        return Err(element.error("the wavelengths of a spectrum must increase"));
+    }
+    Ok(pairs)
+}
+
+/// A black body of `temperature` kelvin, radiance in W/(m² sr nm), times `scale`.
+fn blackbody(element: &Element) -> Result<[f64; 3], SceneError> {
+    let text = element.required("temperature")?.trim();
+    let number = text.trim_end_matches(['k', 'K']).trim();
+    let temperature: f64 = number
+        .parse()
+        .map_err(|_| element.error(format!("`{text}` is not a temperature like 5000K")))?;
+    let scale = match element.attribute("scale") {
+        Some(_) => element.numbers("scale")?.first().copied().unwrap_or(1.0),
+        None => 1.0,
+    };
+    const SPEED: f64 = 299_792_458.0;
+    const PLANCK: f64 = 6.626_070_15e-34;
+    const BOLTZMANN: f64 = 1.380_649e-23;
+    let radiance = |nm: f64| {
+        let wavelength = nm * 1e-9;
+        let exponent = PLANCK * SPEED / (wavelength * BOLTZMANN * temperature);
+        2.0 * PLANCK * SPEED * SPEED / (wavelength.powi(5) * exponent.exp_m1()) * 1e-9 * scale
+    };
+    let pairs: Vec<[f64; 2]> = (0..81)
+        .map(|i| FIRST_NM + STEP_NM * f64::from(i))
+        .map(|nm| [nm, radiance(nm)])
+        .collect();
+    Ok(of_spectrum(&pairs, false))
+}
+
+/// Linear Rec.709 of a piecewise linear spectrum (zero outside its ends), normalized so that a flat
+/// spectrum of 1 has luminance 1; negative values are clamped.
+fn of_spectrum(pairs: &[[f64; 2]], bounded: bool) -> [f64; 3] {
+    let mut xyz = [0.0; 3];
+    let mut total_y = 0.0;
+    let steps = 1600;
+    let last_nm = FIRST_NM + STEP_NM * (OBSERVER.len() - 1) as f64;
+    for i in 0..=steps {
+        let nm = FIRST_NM + (last_nm - FIRST_NM) * f64::from(i) / f64::from(steps);
+        let matching = observer(nm);
+        total_y += matching[1];
+        let value = interpolated(pairs, nm);
+        for (sum, m) in xyz.iter_mut().zip(matching) {
+            *sum += m * value;
+        }
+    }
+    let [x, y, z] = xyz.map(|v| v / total_y);
+    let rgb = [
+        3.240_479 * x - 1.537_150 * y - 0.498_535 * z,
+        -0.969_256 * x + 1.875_991 * y + 0.041_556 * z,
+        0.055_648 * x - 0.204_043 * y + 1.057_311 * z,
+    ];
+    rgb.map(|v| v.clamp(0.0, if bounded { 1.0 } else { f64::MAX }))
+}
+
+fn observer(nm: f64) -> [f64; 3] {
+    let at = ((nm - FIRST_NM) / STEP_NM).clamp(0.0, (OBSERVER.len() - 1) as f64);
+    let index = (at as usize).min(OBSERVER.len() - 2);
+    let t = at - index as f64;
+    std::array::from_fn(|c| OBSERVER[index][c] * (1.0 - t) + OBSERVER[index + 1][c] * t)
+}
+
+fn interpolated(pairs: &[[f64; 2]], nm: f64) -> f64 {
+    let next = pairs.partition_point(|p| p[0] <= nm);
+    match (next.checked_sub(1).map(|i| pairs[i]), pairs.get(next)) {
+        (Some([w0, v0]), Some([w1, v1])) => v0 + (v1 - v0) * (nm - w0) / (w1 - w0),
+        (Some([w, v]), None) if w == nm => v,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::element::parse_document;
+    use super::*;
+
+    fn of(xml: &str) -> [f32; 3] {
+        let text = format!("<scene version='3.0.0'>{xml}</scene>");
+        let document = parse_document(Path::new("s.xml"), &text).unwrap();
+        colour(&document.root.children[0], false).unwrap()
+    }
+
+    fn assert_near(actual: [f32; 3], expected: [f32; 3], tolerance: f32) {
+        for (a, e) in actual.iter().zip(expected) {
+            assert!(
+                (a - e).abs() <= tolerance * e.abs().max(0.01),
+                "{actual:?} {expected:?}"
+            );
+        }
+    }
+
+    /// The lamp of the Cornell box as Mitsuba's RGB mode has it (`mi.cornell_box()`).
+    #[test]
+    fn the_cornell_lamp() {
+        let lamp = of("<spectrum value='400:0, 500:8, 600:15.6, 700:18.4'/>");
+        assert_near(lamp, [18.387, 13.9873, 6.75357], 2e-3);
+    }
+
+    #[test]
+    fn flat_spectra_and_plain_numbers() {
+        assert_near(
+            of("<spectrum value='300:1 900:1'/>"),
+            [1.2048, 0.9483, 0.9087],
+            2e-3,
+        );
+        assert_eq!(of("<spectrum value='16000'/>"), [16000.0; 3]);
+        assert_eq!(of("<rgb value='0.1, 0.2 0.3'/>"), [0.1, 0.2, 0.3]);
+        assert_near(of("<srgb value='#ff00bc'/>"), [1.0, 0.0, 0.502_886], 1e-4);
+    }
+
+    #[test]
+    fn black_bodies_redden_as_they_cool() {
+        let warm = of("<blackbody temperature='2700K'/>");
+        let cool = of("<blackbody temperature='9000' scale='0.01'/>");
+        assert!(warm[0] > 2.0 * warm[2]);
+        assert!(cool[2] > cool[0]);
+    }
+}

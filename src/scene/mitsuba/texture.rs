@@ -1,0 +1,200 @@
+//! Textures and colours that may come from them.
+
+use glam::DVec4;
+
+use super::Importer;
+use super::element::Element;
+use super::spectrum::colour;
+use super::transform::transform;
+use crate::scene::{ColourSource, SceneError, TextureDescription, TextureSource, Wrap};
+
+impl<'a> Importer<'a> {
+    /// The colour parameter called by the first of `names` that is given.
+    pub(super) fn colour_source(
+        &mut self,
+        element: &'a Element,
+        names: &[&str],
+        default: f32,
+    ) -> Result<ColourSource, SceneError> {
+        match names.iter().find_map(|name| element.child(name)) {
+            Some(value) => Ok(self.scaled_source(value)?.0),
+            None => Ok(ColourSource::Constant([default; 3])),
+        }
+    }
+
+    /// As [`Self::colour_source`] where no texture can be kept.
+    pub(super) fn plain_colour(
+        &mut self,
+        element: &'a Element,
+        name: &str,
+        default: f32,
+    ) -> Result<[f32; 3], SceneError> {
+        match self.colour_source(element, &[name], default)? {
+            ColourSource::Constant(value) => Ok(value),
+            ColourSource::Texture(_) => {
+                let kind = element.kind();
+                self.note(format!(
+                    "the texture of `{name}` of {kind} becomes {default}"
+                ));
+                Ok([default; 3])
+            }
+        }
+    }
+
+    /// A colour or texture and the factor of the `scale` textures around it (already in the colour if
+    /// that is constant).
+    pub(super) fn scaled_source(
+        &mut self,
+        element: &'a Element,
+    ) -> Result<(ColourSource, f32), SceneError> {
+        let element = self.resolved(element)?;
+        element.used.set(true);
+        if !matches!(element.tag.as_str(), "texture") && element.kind().is_empty() {
+            return Ok((ColourSource::Constant(colour(element, true)?), 1.0));
+        }
+        match element.kind() {
+            "bitmap" | "checkerboard" => {
+                let index = self.texture(element)?;
+                Ok((ColourSource::Texture(index), 1.0))
+            }
+            "scale" => self.scale(element),
+            "srgb" | "rgb" | "uniform" | "d65" => {
+                let name = if element.kind() == "uniform" {
+                    "value"
+                } else {
+                    "color"
+                };
+                let value = self.colour_source(element, &[name], 1.0)?;
+                Ok((value, 1.0))
+            }
+            other => {
+                element.mark_all();
+                self.note(format!("texture `{other}` becomes a grey of 0.5"));
+                Ok((ColourSource::Constant([0.5; 3]), 1.0))
+            }
+        }
+    }
+
+    fn scale(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
+        let factor = self.plain_colour(element, "scale", 1.0)?;
+        let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
+        let inner = element.children.iter().find(|c| {
+            (c.tag == "texture" || c.tag == "ref" || c.tag == "rgb") && c.name() != "scale"
+        });
+        let Some(inner) = inner else {
+            return Err(element.error("a scale texture needs a texture inside"));
+        };
+        match self.scaled_source(inner)? {
+            (ColourSource::Constant(c), _) => {
+                let scaled = std::array::from_fn(|i| c[i] * factor[i]);
+                Ok((ColourSource::Constant(scaled), 1.0))
+            }
+            (texture, outer) => Ok((texture, outer * mean)),
+        }
+    }
+
+    /// The index of a bitmap or checkerboard.
+    fn texture(&mut self, element: &'a Element) -> Result<usize, SceneError> {
+        let key = std::ptr::from_ref(element);
+        if let Some(&index) = self.textures.get(&key) {
+            return Ok(index);
+        }
+        let mut description = if element.kind() == "checkerboard" {
+            let colours = [
+                self.plain_colour(element, "color0", 0.4)?,
+                self.plain_colour(element, "color1", 0.2)?,
+            ];
+            TextureDescription {
+                source: TextureSource::Checkerboard(colours),
+                nearest: true,
+                ..TextureDescription::file("".into())
+            }
+        } else {
+            self.bitmap(element)?
+        };
+        self.place(element, &mut description)?;
+        self.scene.textures.push(description);
+        let index = self.scene.textures.len() - 1;
+        self.textures.insert(key, index);
+        Ok(index)
+    }
+
+    fn bitmap(&mut self, element: &Element) -> Result<TextureDescription, SceneError> {
+        let mut description = TextureDescription::file(self.path(element)?);
+        if element.boolean("raw", false)? {
+            description.srgb = false;
+        }
+        match element.float("gamma")? {
+            Some(gamma) if gamma == 1.0 => description.srgb = false,
+            Some(gamma) if gamma > 0.0 && (gamma - 2.2).abs() > 0.2 => {
+                self.note(format!("texture gamma {gamma} becomes the sRGB curve"));
+                description.srgb = true;
+            }
+            _ => {}
+        }
+        match element.string("filter_type")?.unwrap_or("bilinear") {
+            "bilinear" => {}
+            "nearest" => description.nearest = true,
+            other @ ("ewa" | "trilinear") => {
+                self.note(format!("texture filter `{other}` becomes bilinear"));
+            }
+            other => {
+                let known = ["bilinear", "nearest", "trilinear", "ewa"];
+                return Err(Self::unknown_word(element, "texture filter", other, &known));
+            }
+        }
+        let mut modes = Vec::new();
+        for name in ["wrap_mode", "wrap_mode_u", "wrap_mode_v"] {
+            modes.extend(element.string(name)?);
+        }
+        if modes.windows(2).any(|m| m[0] != m[1]) {
+            self.note("wrap modes that differ in u and v become that of u");
+        }
+        description.wrap = match modes.first().copied().unwrap_or("repeat") {
+            "repeat" => Wrap::Repeat,
+            "mirror" => Wrap::Mirror,
+            "clamp" => Wrap::Clamp,
+            "zero" | "one" => {
+                self.note("wrap mode `zero` or `one` becomes clamp");
+                Wrap::Clamp
+            }
+            other => {
+                let known = ["repeat", "mirror", "clamp", "zero", "one"];
+                return Err(Self::unknown_word(element, "wrap mode", other, &known));
+            }
+        };
+        for irrelevant in ["format", "accel", "cache", "max_anisotropy"] {
+            element.child(irrelevant);
+        }
+        Ok(description)
+    }
+
+    /// Scale and offset of the texture coordinates, from Mitsuba's v (downwards) to ours (upwards):
+    /// 1 − ((1 − v) s + o) = v s + (1 − s − o).
+    fn place(
+        &mut self,
+        element: &Element,
+        description: &mut TextureDescription,
+    ) -> Result<(), SceneError> {
+        let number = |name: &str, default: f64| Ok(element.float(name)?.unwrap_or(default));
+        let mut scale = [number("uscale", 1.0)?, number("vscale", 1.0)?];
+        let mut offset = [number("uoffset", 0.0)?, number("voffset", 0.0)?];
+        if let Some(to_uv) = element.child("to_uv") {
+            let matrix = transform(to_uv)?;
+            scale = [matrix.x_axis.x, matrix.y_axis.y];
+            // A 3×3 matrix holds its translation in the third column.
+            let three = to_uv
+                .children
+                .iter()
+                .any(|m| m.tag == "matrix" && m.numbers("value").is_ok_and(|n| n.len() == 9));
+            let shift: DVec4 = if three { matrix.z_axis } else { matrix.w_axis };
+            offset = [shift.x, shift.y];
+            if matrix.x_axis.y.abs() + matrix.y_axis.x.abs() > 1e-9 {
+                self.note("the rotation or shear of a texture is ignored");
+            }
+        }
+        description.uv_scale = scale.map(|s| s as f32);
+        description.uv_offset = [offset[0] as f32, (1.0 - scale[1] - offset[1]) as f32];
+        Ok(())
+    }
+}

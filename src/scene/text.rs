@@ -1,0 +1,96 @@
+//! Places in text files and the advice that goes with them.
+
+use std::path::Path;
+
+use super::SceneError;
+
+/// Line and column (both from 1, the column in characters) of a byte offset.
+pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {
+    let mut end = offset.min(text.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    let before = &text[..end];
+    let line = before.bytes().filter(|&b| b == b'\n').count() + 1;
+    let start = before.rfind('\n').map_or(0, |i| i + 1);
+    (line, before[start..].chars().count() + 1)
+}
+
+/// An error at a byte offset of a text.
+pub(super) fn error_at(file: &Path, text: &str, offset: usize, message: String) -> SceneError {
+    let (line, column) = line_column(text, offset);
+    SceneError::At {
+        file: file.to_owned(),
+        line,
+        column,
+        message,
+    }
+}
+
+/// An error of a whole file.
+pub(super) fn file_error(file: &Path, message: impl Into<String>) -> SceneError {
+    SceneError::File {
+        file: file.to_owned(),
+        message: message.into(),
+    }
+}
+
+/// The known word closest to `word`, if any is close enough to be a slip of the finger.
+pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    known
+        .iter()
+        .map(|&k| (edit_distance(&lower, &k.to_lowercase()), k))
+        .filter(|&(distance, k)| distance <= 1 + k.len().max(word.len()) / 3)
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, k)| k)
+}
+
+/// `did you mean ...?` or the list of what is known.
+pub(super) fn advice(word: &str, known: &[&str]) -> String {
+    match nearest(word, known) {
+        Some(k) => format!("did you mean `{k}`? Known: {}", known.join(", ")),
+        None => format!("known: {}", known.join(", ")),
+    }
+}
+
+/// Levenshtein distance in characters.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_count_from_one() {
+        let text = "ab\ncäd\n";
+        assert_eq!(line_column(text, 0), (1, 1));
+        assert_eq!(line_column(text, 3), (2, 1));
+        assert_eq!(line_column(text, 6), (2, 3));
+        assert_eq!(line_column(text, 5), (2, 2), "inside a character");
+        assert_eq!(line_column(text, 99), (3, 1));
+    }
+
+    #[test]
+    fn the_nearest_word_is_a_plausible_slip() {
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(
+            nearest("reflectence", &["reflectance", "alpha"]),
+            Some("reflectance")
+        );
+        assert_eq!(nearest("xyzzy", &["reflectance", "alpha"]), None);
+    }
+}
