@@ -6,9 +6,9 @@ use serde::Deserialize;
 use super::cones::{Cones, Thresholds};
 use super::cut::Cut;
 use super::hierarchy::{Hierarchy, Split};
-use super::members::{Bounds, Member, pack};
+use super::members::{Bounds, Member, POSITION, pack};
 use super::pick::{adjust, choice};
-use super::representative::nearest_to_average;
+use super::representative::{Average, nearest_to_average};
 use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
@@ -151,8 +151,8 @@ fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
 }
 
 impl FirstStage for ViewGuided {
-    /// One hierarchy is grown; σ_s is bisected over its splits with memoised angular counts, to the
-    /// largest number of clusters that is at most `count`. Missing ones come from splitting the
+    /// One hierarchy is grown; σ_s is searched over its splits with memoised angular counts, down to
+    /// the smallest with at most `count` clusters. Missing ones come from splitting the
     /// clusters with the most members. If one spatial cluster already gives too many, σ_a is
     /// raised by factors of 1.25 and a note says so; at 180° surplus records leave at random.
     fn place(&self, points: &ShadingPoints, count: usize, seed: u64) -> Placement {
@@ -191,10 +191,14 @@ impl FirstStage for ViewGuided {
         ];
         let mut clusters = cut.clusters_of(&mut tree, &Cones::new(thresholds));
         super::cut::split_largest(&mut tree.members, &mut clusters, count);
-        let rule = (self.metric(points), self.jitter as f32);
+        let rule = Average {
+            metric: self.metric(points),
+            jitter: self.jitter as f32,
+            normal_scale: 1.0,
+        };
         let mut sites: Vec<u32> = clusters
             .into_par_iter()
-            .map(|range| nearest_to_average(&tree.members[range], points, rule, seed))
+            .map(|range| nearest_to_average(&tree.members[range], rule, seed))
             .collect();
         if adjust(&mut sites, &usable, count, seed) < 0 {
             notes.push("even one spatial cluster splits too often: records left at random".into());
@@ -261,14 +265,8 @@ impl ViewGuided {
 
     /// The longest side of the members' box over the growth of σ_s at their mean depth.
     fn measure(&self, members: &[Member], growth: &Growth) -> Split {
-        let mut bounds = Bounds::EMPTY;
-        let mut depth = 0.0f64;
-        for member in members {
-            bounds.add(member);
-            depth += f64::from(member.depth());
-        }
-        let axis = bounds.widest(0..3);
-        let mean_depth = (depth / members.len() as f64) as f32;
+        let (bounds, mean_depth) = Bounds::of_positions(members);
+        let axis = bounds.widest(&POSITION);
         Split {
             size: bounds.extent(axis) / growth.factor(mean_depth),
             axis,
