@@ -4,6 +4,7 @@
 use glam::{IVec3, UVec3, Vec3};
 use rayon::prelude::*;
 
+use super::shade::mend_normals;
 use crate::scene::Mesh;
 
 /// Cells of a block per axis; blocks far from the surface are skipped by one evaluation.
@@ -161,6 +162,7 @@ impl<F: Fn(Vec3) -> f32 + Sync> Lattice<F> {
             };
             push_split(&mut mesh, [a, b, c, d]);
         }
+        mend_normals(&mut mesh);
         mesh
     }
 }
