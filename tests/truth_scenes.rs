@@ -68,9 +68,9 @@ fn compare(folder: &str, name: &str, bounds: &Bounds) -> Option<Agreement> {
 const DEFAULT: Bounds = Bounds {
     reduction: 4,
     spp: 64,
-    relative: 0.02,
+    relative: 0.01,
     bad_blocks: 0.01,
-    mean: 0.01,
+    mean: 0.003,
 };
 
 #[test]
@@ -79,9 +79,14 @@ fn cornell_boxes() {
     compare("cornell-box", "cornell-box", &DEFAULT);
 }
 
+/// The plates are Beckmann in the file and GGX here: their highlights have other tails.
 #[test]
 fn veach_mis() {
-    compare("veach-mis", "veach-mis", &DEFAULT);
+    let bounds = Bounds {
+        bad_blocks: 0.12,
+        ..DEFAULT
+    };
+    compare("veach-mis", "veach-mis", &bounds);
 }
 
 #[test]
@@ -94,9 +99,16 @@ fn living_room() {
     compare("living-room", "living-room", &DEFAULT);
 }
 
+/// The blind is two half-transparent sheets 0.27 mm apart. The reference's rays start 0.35 mm off
+/// their surface and so jump over the second one; with that offset the image agrees to 0.3 %.
 #[test]
 fn kitchen() {
-    compare("kitchen", "kitchen", &DEFAULT);
+    let bounds = Bounds {
+        bad_blocks: 0.04,
+        mean: 0.035,
+        ..DEFAULT
+    };
+    compare("kitchen", "kitchen", &bounds);
 }
 
 #[test]
