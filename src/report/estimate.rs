@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::metric::confidence_interval_95;
+use crate::metric::statistics::Summary;
 
-/// Values of one quantity over seeds, none of them NaN or infinite.
+/// Values of one quantity over seeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     pub mean: f64,
@@ -14,13 +14,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// `None` without values.
+    /// `None` without finite values.
     pub fn new(by_seed: BTreeMap<u64, f64>) -> Option<Self> {
         let values: Vec<f64> = by_seed.values().copied().collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        mean.is_finite().then(|| Self {
-            mean,
-            half_width: confidence_interval_95(&values).filter(|h| h.is_finite()),
+        let summary = Summary::of(&values)?;
+        Some(Self {
+            mean: summary.mean,
+            half_width: summary.half_width,
             by_seed,
         })
     }
@@ -43,9 +43,8 @@ impl Estimate {
             .iter()
             .filter_map(|(seed, value)| Some(value - other.by_seed.get(seed)?))
             .collect();
-        let margin = differences.iter().sum::<f64>() / differences.len() as f64;
-        match confidence_interval_95(&differences) {
-            Some(half) => margin.abs() <= half,
+        match Summary::of(&differences).and_then(|s| Some((s.mean, s.half_width?))) {
+            Some((margin, half)) => margin.abs() <= half,
             None => self.mean == other.mean,
         }
     }
