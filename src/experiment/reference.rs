@@ -105,7 +105,8 @@ impl Reference {
         };
         let number = |key: &str| file.attributes.get(key).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
         Ok(Self {
-            mean: layer("mean")?,
+            // The first layer of a file is its picture, without a name.
+            mean: layer("")?,
             deviations: layer("deviations")?,
             samples: number("samples") as u32,
             wanted: number("wanted") as u32,

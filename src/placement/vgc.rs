@@ -13,8 +13,9 @@ use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
 
-/// The suggested σ_a, degrees, for record counts at 1920 × 1080.
-const SUGGESTED: [(f64, f64); 4] = [(40e3, 25.0), (50e3, 22.0), (80e3, 18.0), (120e3, 15.0)];
+/// The suggested σ_a, degrees, for numbers of records.
+const SUGGESTED: [(f64, f64); 5] =
+    [(25e3, 25.0), (40e3, 25.0), (50e3, 22.0), (80e3, 18.0), (120e3, 15.0)];
 /// σ_a grows by this factor until the budget is feasible.
 const RAISE: f32 = 1.25;
 
@@ -87,9 +88,8 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
                 key: "angle_deg",
                 default: "auto",
                 unit: "°",
-                meaning: "σ_a, above 0 and up to 180, or auto: 25 up to 40K records, 22 at 50K, \
-                          18 at 80K, 15 from 120K, linear between, with the count scaled to \
-                          1920 × 1080 pixels",
+                meaning: "σ_a, above 0 and up to 180, or auto: 15 from 120K records, 18 at 80K, \
+                          22 at 50K, 25 from 40K to 25K, and more for fewer, up to 45",
             },
             Parameter {
                 key: "gamma",
@@ -164,7 +164,7 @@ impl FirstStage for ViewGuided {
         let measure = |members: &[Member]| self.measure(members, &growth);
         let mut tree = Hierarchy::new(pack(points, &usable, 1.0), measure, 1);
         tree.grow_to(count);
-        let asked = self.asked_angle_deg(points, count);
+        let asked = self.asked_angle_deg(count);
         let mut thresholds = Thresholds {
             growth,
             angle_rad: asked.to_radians(),
@@ -276,14 +276,10 @@ impl ViewGuided {
 
     /// *differs:* the paper sets the angle by the total budget; a placement knows only its own
     /// share of it.
-    fn asked_angle_deg(&self, points: &ShadingPoints, count: usize) -> f32 {
+    fn asked_angle_deg(&self, count: usize) -> f32 {
         match self.angle_deg {
             Angle::Degrees(degrees) => degrees as f32,
-            Angle::Word(Auto::Auto) => {
-                let pixels = (points.width * points.height).max(points.len());
-                let full = 1920.0 * 1080.0;
-                suggested_angle_deg(count as f64 * full / pixels as f64) as f32
-            }
+            Angle::Word(Auto::Auto) => suggested_angle_deg(count as f64) as f32,
         }
     }
 
@@ -295,10 +291,14 @@ impl ViewGuided {
     }
 }
 
-/// The paper's σ_a for a number of records at 1920 × 1080, linear between its values.
+/// The paper's σ_a for a number of records, linear between its values. *differs:* below 25K records,
+/// where the paper gives none, the angle grows with the logarithm of the count as it does between
+/// 40K and 120K, up to 45°: few records cannot pay for narrow cones.
 fn suggested_angle_deg(count: f64) -> f64 {
-    if count <= SUGGESTED[0].0 {
-        return SUGGESTED[0].1;
+    let (least, widest) = SUGGESTED[0];
+    if count <= least {
+        let per_fold = 10.0 / 3.0f64.ln();
+        return (widest + per_fold * (least / count.max(1.0)).ln()).min(45.0);
     }
     for pair in SUGGESTED.windows(2) {
         let ((low, from), (high, to)) = (pair[0], pair[1]);
@@ -306,7 +306,7 @@ fn suggested_angle_deg(count: f64) -> f64 {
             return from + (to - from) * (count - low) / (high - low);
         }
     }
-    SUGGESTED[3].1
+    SUGGESTED[SUGGESTED.len() - 1].1
 }
 
 #[cfg(test)]
@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn the_suggested_angle_passes_through_the_papers_values() {
         for (count, degrees) in [
-            (1e3, 25.0),
+            (10.0, 45.0),
             (25e3, 25.0),
             (40e3, 25.0),
             (50e3, 22.0),
@@ -343,5 +343,6 @@ mod tests {
             assert_eq!(suggested_angle_deg(count), degrees, "{count}");
         }
         assert!((suggested_angle_deg(100e3) - 16.5).abs() < 1e-9);
+        assert!((30.0..40.0).contains(&suggested_angle_deg(7.5e3)));
     }
 }
