@@ -1,6 +1,31 @@
 //! The one table of methods.
 
-use crate::placement::{FirstStage, Refinement};
+use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
+use crate::technique::{Technique, ambient_occlusion};
+
+/// All techniques.
+pub const TECHNIQUES: &[TechniqueEntry] = &[ambient_occlusion::ENTRY];
+
+/// All first stages of placement.
+pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
+
+/// All refinements of placement.
+pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
+
+/// The technique with this id or alias, in any case.
+pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
+    TECHNIQUES.iter().find(|entry| entry.about.answers_to(id))
+}
+
+/// The first stage with this id or alias, in any case.
+pub fn first_stage(id: &str) -> Option<&'static FirstStageEntry> {
+    FIRST_STAGES.iter().find(|entry| entry.about.answers_to(id))
+}
+
+/// The refinement with this id or alias, in any case.
+pub fn refinement(id: &str) -> Option<&'static RefinementEntry> {
+    REFINEMENTS.iter().find(|entry| entry.about.answers_to(id))
+}
 
 /// How a method's error behaves as its budget grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -41,6 +66,14 @@ pub struct About {
     pub parameters: &'static [Parameter],
 }
 
+impl About {
+    /// Whether `name` is the id or an alias, in any case.
+    pub fn answers_to(&self, name: &str) -> bool {
+        let same = |id: &&str| id.eq_ignore_ascii_case(name);
+        same(&self.id) || self.aliases.iter().any(same)
+    }
+}
+
 /// One documented parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
@@ -71,4 +104,12 @@ pub fn parameters<T: serde::de::DeserializeOwned>(
         key: None,
         message: error.message().to_owned(),
     })
+}
+
+/// A technique.
+pub struct TechniqueEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
+    /// Whether contenders are cache distributions; otherwise `reference` is the only method.
+    pub distributions: bool,
 }

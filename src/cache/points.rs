@@ -33,6 +33,11 @@ impl ShadingPoints {
         self.position.len()
     }
 
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.len() * (3 * 12 + 4 + 4) + self.point_of_pixel.len() * 4
+    }
+
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }

@@ -1,5 +1,49 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
+mod check;
+mod claim;
+mod config;
+mod expression;
+mod locate;
+mod overrides;
+mod plan;
+mod progress;
+mod provenance;
+mod reference;
 mod row;
+mod run;
+mod store;
 
-pub use row::Row;
+pub use claim::{Judged, Verdict, judge, overall};
+pub use config::{
+    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, Published, Scale, SceneChoice,
+    SceneTransform, Source, TableKind, TableSpec, line_column,
+};
+pub use expression::{Expression, Measured};
+pub use overrides::Override;
+pub use plan::{Job, Plan, hash, plan};
+pub use reference::{Reference, ReferenceStore};
+pub use row::{NUMBER_COLUMNS, Row, to_csv};
+pub use run::{Outcome, RunError, RunOptions, build_technique, frame_of, load_scene, run};
+pub use store::Store;
+
+use crate::scene::{SceneDescription, ShapeSource};
+
+/// A hash of everything a scene declares and of the sizes of the files it names, the same wherever
+/// the scene's folder lies.
+pub fn scene_key(description: &SceneDescription) -> String {
+    let mut text = format!("{description:?}");
+    if let Some(folder) = description.file.as_ref().and_then(|f| f.parent()) {
+        text = text.replace(&format!("{}/", folder.display()), "");
+    }
+    for shape in &description.shapes {
+        if let ShapeSource::Obj { path, .. }
+        | ShapeSource::Ply { path }
+        | ShapeSource::Serialized { path, .. } = &shape.source
+        {
+            let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+            text.push_str(&format!(" {bytes}"));
+        }
+    }
+    hash(&text)
+}

@@ -61,14 +61,13 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
 }
 
 /// The picture of an EXR file as RGB: the unnamed colour layer, else the first colour layer, else a
-/// luminance layer (`Y`, or the only channel), spread over R, G and B.
+/// gray one (`Y`, or the only layer), spread over R, G and B.
 pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
     let mut layers = decode_layers(path, bytes)?.layers;
     let is_color = |layer: &Layer| matches!(layer.samples, Samples::Color(_));
-    let stem = |layer: &Layer| layer.name.rsplit('.').next() == Some("Y") || layer.name.is_empty();
     let chosen = (layers.iter().position(|l| is_color(l) && l.name.is_empty()))
         .or_else(|| layers.iter().position(is_color))
-        .or_else(|| layers.iter().position(stem))
+        .or_else(|| layers.iter().position(|layer| layer.name.is_empty()))
         .or((layers.len() == 1).then_some(0));
     let Some(index) = chosen else {
         let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();

@@ -32,6 +32,8 @@ pub use read::{Encoding, read, read_coded};
 pub use sanitise::{Sanitised, sanitise};
 pub use tone::{ToneCurve, UnknownToneCurve};
 
+use rayon::prelude::*;
+
 /// A linear RGB image (Rec.709 primaries, scene-referred), row-major, the top left pixel first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Image {
@@ -57,11 +59,11 @@ impl Image {
     }
 
     /// An image of the same size with `change` applied to every pixel.
-    pub fn map(&self, change: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+    pub fn map(&self, change: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         Self {
             width: self.width,
             height: self.height,
-            pixels: self.pixels.iter().map(|&pixel| change(pixel)).collect(),
+            pixels: self.pixels.par_iter().map(|&pixel| change(pixel)).collect(),
         }
     }
 }

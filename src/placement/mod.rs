@@ -2,7 +2,24 @@
 //! records already computed. A placement knows nothing of the cached function; it picks shading
 //! points, by index.
 
+pub mod adaptive;
+mod cones;
+mod cut;
+pub mod dgs;
+mod discontinuity;
+mod hierarchy;
+pub mod im;
+mod members;
+mod pairs;
+mod pick;
+mod representative;
+pub mod sd;
+pub mod vgc;
+
+use glam::Vec3;
+
 use crate::cache::{RecordSearch, ShadingPoints};
+use crate::registry::ParameterError;
 
 /// Chosen shading points (distinct indices) and what is worth reporting.
 #[derive(Clone, Debug, Default)]
@@ -12,6 +29,8 @@ pub struct Placement {
     pub found: Vec<(&'static str, f64)>,
     /// Shortfalls and fallbacks, a sentence each.
     pub notes: Vec<String>,
+    /// The per-pixel map that guided a refinement, row-major, if it has one.
+    pub map: Option<Vec<f32>>,
 }
 
 /// A distribution that needs geometry only.
@@ -37,6 +56,16 @@ pub struct Refinable<'a> {
     pub difference: &'a (dyn Fn(u32, u32) -> f32 + Sync),
 }
 
+impl Refinable<'_> {
+    /// Positions and normals of the records.
+    fn records(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+        let sites = self.sites.iter().map(|&i| i as usize);
+        sites
+            .map(|i| (self.points.position[i], self.points.normal[i]))
+            .unzip()
+    }
+}
+
 /// Additional records where the first ones show that they are needed.
 pub trait Refinement: Send + Sync {
     /// Share of the budget that is kept back for this stage (R).
@@ -44,9 +73,20 @@ pub trait Refinement: Send + Sync {
 
     /// `count` distinct points that are not yet records, or as many as there are.
     fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement;
+}
 
-    /// The per-pixel map that guided it, row-major in [0, max], if it has one.
-    fn map(&self, _input: &Refinable) -> Option<Vec<f32>> {
-        None
+/// Refuses a parameter that is given but does not fit.
+fn check(
+    table: &toml::Table,
+    key: &str,
+    expected: &str,
+    fits: impl Fn(&toml::Value) -> bool,
+) -> Result<(), ParameterError> {
+    match table.get(key) {
+        Some(value) if !fits(value) => Err(ParameterError {
+            key: Some(key.to_owned()),
+            message: format!("{key} = {value}: expected {expected}"),
+        }),
+        _ => Ok(()),
     }
 }

@@ -1,1 +1,80 @@
 //! Tables, figures and the HTML report: pure functions of rows and images.
+//!
+//! [`write`] reads a results folder and never renders. Rows and images that are missing leave gaps
+//! that are stated as such; only an unreadable folder is an error. Equal folders give equal bytes.
+
+mod axis;
+mod canvas;
+mod claims;
+mod column;
+mod curves;
+mod data;
+mod escape;
+mod estimate;
+mod figure;
+mod font;
+mod html;
+mod inset;
+mod number;
+mod overlay;
+mod pictures;
+mod published;
+mod side_by_side;
+mod summary;
+mod table;
+mod table_kinds;
+mod table_text;
+mod viewer;
+
+use std::path::{Path, PathBuf};
+
+/// What a report consists of.
+#[derive(Clone, Debug, Default)]
+pub struct Written {
+    /// Tables and claims as plain text, for the terminal.
+    pub summary: String,
+    pub files: Vec<PathBuf>,
+}
+
+/// A report that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    #[error("cannot read or write the report: {0}")]
+    Io(#[from] std::io::Error),
+}
+
+/// Writes tables, figures and `report.html` of a results folder from its rows and images.
+///
+/// What cannot be drawn (an image is missing or damaged, a figure has nothing to show) is a note in
+/// the report. Fails when `plan.json` or `config.json` cannot be read or a file cannot be written.
+pub fn write(folder: &Path) -> Result<Written, ReportError> {
+    let data = data::Data::read(folder)?;
+    let tables = table_kinds::all(&data);
+    let claims = claims::judge_all(&data);
+    let mut files = Vec::new();
+    for table in &tables {
+        for (extension, text) in [
+            ("csv", table_text::csv(table)?),
+            ("md", table_text::markdown(table)),
+            ("tex", table_text::latex(table)),
+        ] {
+            let name = format!("tables/{}.{extension}", table.file);
+            data.store.write(&name, &text)?;
+            files.push(folder.join(name));
+        }
+    }
+    let drawn = figure::draw_all(&data)?;
+    files.extend(
+        drawn
+            .figures
+            .iter()
+            .flat_map(|f| f.files.iter().map(|name| folder.join(name))),
+    );
+    let page = html::page(&data, (&tables, &claims), &drawn)?;
+    data.store.write("report.html", &page)?;
+    files.push(folder.join("report.html"));
+    Ok(Written {
+        summary: summary::text(&data, (&tables, &claims), &drawn.notes),
+        files,
+    })
+}

@@ -11,7 +11,7 @@ use super::{
     Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, Needs,
     SceneDescription, SceneError, Texture, TextureDescription, View,
 };
-use crate::environment::Environment;
+use crate::environment::{Environment, EnvironmentError};
 
 /// A loaded scene: world-space triangles around the centre of the bounding box, and what the
 /// technique asked for. Attribute vectors that were not needed are empty.
@@ -315,28 +315,38 @@ impl Scene {
         if let EnvironmentDescription::Map { path, .. } = environment {
             let map = TextureDescription::file(path.clone());
             self.report.cost.environment = estimated_bytes(&map).unwrap_or(0);
-            if needs.environment && !path.exists() {
-                let message = format!(
-                    "environment map {} is absent: no light from it",
-                    path.display()
-                );
-                self.report.absent.push(message);
+            if !path.exists() {
+                if needs.environment {
+                    let shown = path.display();
+                    let message = format!("environment map {shown} is absent: no light from it");
+                    self.report.absent.push(message);
+                }
                 return Ok(());
             }
         }
         if needs.environment {
-            let environment =
-                Environment::from_description(environment).map_err(|error| SceneError::Scene {
-                    scene: self.name.clone(),
-                    message: error.to_string(),
-                })?;
-            self.report.environment_bytes = environment.bytes();
-            self.report.cost.environment = environment.bytes();
-            if let Some(note) = environment.sanitised.note() {
-                self.report.notes.push(note);
-            }
-            self.environment = Some(environment);
+            self.load_environment(environment)?;
         }
+        Ok(())
+    }
+
+    fn load_environment(&mut self, declared: &EnvironmentDescription) -> Result<(), SceneError> {
+        let environment = Environment::from_description(declared).map_err(|error| match error {
+            EnvironmentError::Read { path, message } => SceneError::File {
+                file: path,
+                message,
+            },
+            other => SceneError::Scene {
+                scene: self.name.clone(),
+                message: other.to_string(),
+            },
+        })?;
+        if let Some(note) = environment.sanitised.note() {
+            self.report.notes.push(note);
+        }
+        self.report.environment_bytes = environment.bytes();
+        self.report.cost.environment = environment.bytes();
+        self.environment = Some(environment);
         Ok(())
     }
 }

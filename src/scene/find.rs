@@ -7,8 +7,23 @@ use super::mitsuba::load_mitsuba;
 use super::text::nearest;
 use super::{SceneDescription, SceneError};
 
-/// Name and text of every shipped scene: one line each.
-const SHIPPED: &[(&str, &str)] = &[];
+macro_rules! shipped {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../scenes/", $name, "/scene.toml")))),*]
+    };
+}
+
+/// Name and text of every shipped scene.
+const SHIPPED: &[(&str, &str)] = shipped![
+    "atrium",
+    "cabinet-room",
+    "cornell-curved",
+    "hard-cases",
+    "robots",
+    "stairs",
+    "statues",
+    "table",
+];
 
 /// The environment variable with the search path.
 const PATH_VARIABLE: &str = "LIGHTBENCH_SCENES";

@@ -7,6 +7,7 @@ use glam::Vec2;
 
 use super::text::file_error;
 use super::{SceneError, TextureDescription, TextureSource};
+use crate::image::srgb_decode;
 
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -95,8 +96,9 @@ impl Texture {
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
         let (column, row) = (x0 as i64, y0 as i64);
+        let texel = |dx, dy| self.texel(column.saturating_add(dx), row.saturating_add(dy));
         let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
-        let texels = corners.map(|(dx, dy)| self.texel(column + dx, row + dy));
+        let texels = corners.map(|(dx, dy)| texel(dx, dy));
         std::array::from_fn(|c| {
             let top = texels[0][c] + (texels[1][c] - texels[0][c]) * fx;
             let bottom = texels[2][c] + (texels[3][c] - texels[2][c]) * fx;
@@ -141,18 +143,9 @@ fn wrapped(index: i64, size: usize, wrap: Wrap) -> usize {
     index as usize
 }
 
-/// Linear value of an sRGB-coded one in [0, 1] (IEC 61966-2-1).
-pub(super) fn srgb_to_linear(value: f32) -> f32 {
-    if value <= 0.04045 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
-}
-
 fn srgb_table() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)))
+    TABLE.get_or_init(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)))
 }
 
 fn load_texels(path: &Path, srgb: bool) -> Result<(usize, usize, Texels), SceneError> {
@@ -181,7 +174,7 @@ fn load_texels(path: &Path, srgb: bool) -> Result<(usize, usize, Texels), SceneE
             Texels::Linear8(pixels)
         }
     } else {
-        let decode = |v: f32| if srgb { srgb_to_linear(v) } else { v };
+        let decode = |v: f32| if srgb { srgb_decode(v) } else { v };
         Texels::Float(
             image
                 .to_rgb32f()
@@ -193,27 +186,13 @@ fn load_texels(path: &Path, srgb: bool) -> Result<(usize, usize, Texels), SceneE
     Ok((width, height, texels))
 }
 
+/// EXR through the image module, which keeps half and float files linear.
 fn load_exr(path: &Path) -> Result<(usize, usize, Texels), SceneError> {
-    use exr::prelude::{ReadChannels, ReadLayers, read};
-    type Pixels = (usize, Vec<[f32; 3]>);
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size, _| (size.width(), vec![[0.0; 3]; size.area()]),
-            |pixels: &mut Pixels, at, (r, g, b): (f32, f32, f32)| {
-                pixels.1[at.y() * pixels.0 + at.x()] = [r, g, b];
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)
-        .map_err(|e| file_error(path, e.to_string()))?;
-    let (width, pixels) = image.layer_data.channel_data.pixels;
-    if pixels.is_empty() {
+    let image = crate::image::read(path).map_err(|e| file_error(path, e.to_string()))?;
+    if image.pixels.is_empty() {
         return Err(file_error(path, "the image is empty"));
     }
-    Ok((width, pixels.len() / width, Texels::Float(pixels)))
+    Ok((image.width, image.height, Texels::Float(image.pixels)))
 }
 
 /// Bytes that a texture would take, from the header of its file; `None` when it cannot be read.

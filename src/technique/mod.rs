@@ -1,1 +1,130 @@
-//! What is computed: the cached functions and the truths.
+//! What is computed: cached functions under a distribution of records, and the truths.
+//!
+//! Two seams: a [`CachedFunction`] knows how to evaluate, compare and interpolate records but not
+//! where they are; a [`Distribution`] places them but not what they hold. [`cached::render`] is the
+//! product of both.
+
+pub mod ambient_occlusion;
+pub mod cached;
+mod distribution;
+mod frame;
+
+pub use cached::{CachedFunction, Lookup};
+pub use distribution::Distribution;
+pub use frame::{Frame, Site, shading_points};
+
+use rayon::prelude::*;
+
+use crate::image::Image;
+use crate::scene::Needs;
+use crate::trace::{Caster, RayCounter, RayCounts};
+
+/// A technique with its parameters set.
+pub trait Technique: Send + Sync {
+    /// What it reads of a scene.
+    fn needs(&self) -> Needs;
+
+    /// The shading function itself at sub-pixel sample `sample` of consecutive pixels from
+    /// `first_pixel` (row-major), both given in `first_pixel_and_sample`; returns the number of non-finite values, which are left black.
+    fn reference_pixels(
+        &self,
+        frame: &Frame,
+        caster: &Caster,
+        first_pixel_and_sample: (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64;
+
+    /// Samples per pixel of a complete reference for images with `spp` samples per pixel.
+    fn reference_samples(&self, spp: u32) -> u32;
+
+    /// Whether the passes of a reference are random (its spread is then its noise) or exact.
+    fn reference_is_random(&self) -> bool;
+
+    /// Rays traced for one evaluation of the function, for cost estimates.
+    fn rays_per_evaluation(&self) -> u64;
+
+    /// The cached function of this technique, empty, for one job, and its run-time rule; `None` for
+    /// the truths, whose only method is the reference.
+    fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)>;
+}
+
+/// One pass of the reference over the whole frame, and its number of non-finite values.
+pub fn reference_pass(
+    technique: &dyn Technique,
+    frame: &Frame,
+    sample: u32,
+    counter: &RayCounter,
+) -> (Image, u64) {
+    let mut image = Image::new(frame.width, frame.height);
+    let non_finite = image
+        .pixels
+        .par_chunks_mut(frame.width)
+        .enumerate()
+        .map(|(y, row)| {
+            let caster = frame.tracer.caster(counter);
+            let first = (y * frame.width) as u32;
+            technique.reference_pixels(frame, &caster, (first, sample), row)
+        })
+        .sum();
+    (image, non_finite)
+}
+
+/// What a contender has to work with.
+pub struct Contender<'a> {
+    pub distribution: &'a Distribution,
+    /// Number of records.
+    pub caches: usize,
+    pub seed: u64,
+    /// For settings that the paper picks by error (SD's minimum cluster size).
+    pub reference: Option<&'a Image>,
+}
+
+/// A record of a finished job.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedRecord {
+    pub site: Site,
+    /// Row-major pixel index.
+    pub pixel: u32,
+    /// 0 first stage, 1 refinement.
+    pub stage: u8,
+}
+
+/// What a contender produced.
+#[derive(Clone, Debug, Default)]
+pub struct Rendered {
+    pub image: Image,
+    pub records: Vec<PlacedRecord>,
+    /// The map that guided the refinement, row-major, if there was one.
+    pub discontinuity: Option<Vec<f32>>,
+    pub rays: RayCounts,
+    pub lookups: u64,
+    pub bytes_peak: usize,
+    pub stages: Stages,
+    /// Found parameters (σ_s, chosen cluster size, …).
+    pub found: Vec<(&'static str, f64)>,
+    pub notes: Vec<String>,
+    pub non_finite: u64,
+}
+
+/// Seconds of each stage, in order of first execution.
+#[derive(Clone, Debug, Default)]
+pub struct Stages(pub Vec<(&'static str, f64)>);
+
+impl Stages {
+    /// Runs `work` and adds its wall time to the stage.
+    pub fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = std::time::Instant::now();
+        let result = work();
+        let seconds = start.elapsed().as_secs_f64();
+        match self.0.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, total)) => *total += seconds,
+            None => self.0.push((stage, seconds)),
+        }
+        result
+    }
+
+    pub fn total(&self) -> f64 {
+        self.0.iter().map(|(_, seconds)| seconds).sum()
+    }
+}
+

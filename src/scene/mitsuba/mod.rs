@@ -185,7 +185,11 @@ impl<'a> Importer<'a> {
             if child.used.get() {
                 self.note_ignored(child);
             } else if matches!(child.tag.as_str(), "bsdf" | "texture") && element.tag == "scene" {
-                self.note(format!("a {} that nothing uses is left out", child.tag));
+                self.note(format!(
+                    "{} `{}` that nothing refers to is left out",
+                    child.tag,
+                    child.kind()
+                ));
             } else if !child.name().is_empty() {
                 self.note(format!(
                     "parameter `{}` of {} `{}` is ignored",

@@ -1,0 +1,110 @@
+//! The combined distance of positions and normals, and the weights made of it.
+
+use super::search::Neighbour;
+
+/// The combined distance of Wu & Shen, eq. 2 and 5: `|Δp| + lambda · sqrt(1 − n·n′)`, scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DistanceMetric {
+    /// Weight of the angular term in scene units.
+    pub lambda: f32,
+}
+
+impl DistanceMetric {
+    /// The printed λ = 0.5 / L, read in metres.
+    ///
+    /// With `L = diagonal · m` metres (m metres per unit), the paper's distance in metres is
+    /// `m·|Δp| + 0.5/(diagonal·m) · a`. Divided by m, to be in scene units, the weight of the
+    /// angular term a is `0.5 / (diagonal · m²)`. So a scene that is rescaled together with its
+    /// declaration keeps its neighbours. 0 for a diagonal or m that is not positive and finite.
+    pub fn literal(diagonal: f32, metres_per_unit: f32) -> Self {
+        let metres = f64::from(metres_per_unit);
+        Self::checked(0.5 / (f64::from(diagonal) * metres * metres))
+    }
+
+    /// The scale-free relative λ = 0.5 · L · κ; useful values of κ are 0.01 to 0.1.
+    ///
+    /// *differs:* from the printed 0.5 / L, which is not scale invariant.
+    pub fn scaled(kappa: f32, diagonal: f32) -> Self {
+        Self::checked(0.5 * f64::from(kappa) * f64::from(diagonal))
+    }
+
+    fn checked(lambda: f64) -> Self {
+        let lambda = lambda as f32;
+        let usable = lambda.is_finite() && lambda > 0.0;
+        Self {
+            lambda: if usable { lambda } else { 0.0 },
+        }
+    }
+
+    /// The distance for a squared Euclidean distance (scene units²) and the cosine of the angle
+    /// between the normals; cosines above 1 count as 1.
+    #[inline]
+    pub fn distance(self, squared: f32, cosine: f32) -> f32 {
+        squared.sqrt() + self.lambda * (1.0 - cosine).max(0.0).sqrt()
+    }
+}
+
+/// Normalised inverse-distance weights of `neighbours`, appended to the emptied `weights`.
+///
+/// Distances are raised to 1e-6 · `diagonal`; neighbours closer than 1e-9 · `diagonal` share all
+/// the weight equally, so that a query at a record returns that record's value and coincident
+/// records return their mean. Weights sum to 1 within rounding; none without neighbours.
+pub fn inverse_distance_weights(neighbours: &[Neighbour], diagonal: f32, weights: &mut Vec<f32>) {
+    let exact = |n: &Neighbour| n.distance <= 1e-9 * diagonal;
+    let coincident = neighbours.iter().filter(|n| exact(n)).count();
+    weights.clear();
+    if coincident > 0 {
+        let share = 1.0 / coincident as f32;
+        weights.extend(
+            neighbours
+                .iter()
+                .map(|n| if exact(n) { share } else { 0.0 }),
+        );
+        return;
+    }
+    let least = f64::from(diagonal) * 1e-6;
+    let weight = |n: &Neighbour| 1.0 / f64::from(n.distance).max(least);
+    let total: f64 = neighbours.iter().map(weight).sum();
+    weights.extend(neighbours.iter().map(|n| (weight(n) / total) as f32));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn weights(distances: &[f32], diagonal: f32) -> Vec<f32> {
+        let neighbours: Vec<_> = distances
+            .iter()
+            .map(|&distance| Neighbour {
+                record: 0,
+                distance,
+            })
+            .collect();
+        let mut out = vec![9.0];
+        inverse_distance_weights(&neighbours, diagonal, &mut out);
+        out
+    }
+
+    #[test]
+    fn weights_are_inverse_distances_and_exact_at_records() {
+        assert!(weights(&[], 10.0).is_empty());
+        let w = weights(&[1.0, 2.0, 4.0], 10.0);
+        assert!((w[0] - 4.0 / 7.0).abs() < 1e-6 && (w[2] - 1.0 / 7.0).abs() < 1e-6);
+        assert_eq!(weights(&[0.0, 1e-10, 3.0], 10.0), [0.5, 0.5, 0.0]);
+        assert_eq!(weights(&[0.0, 0.0], 0.0), [0.5, 0.5]);
+        assert_eq!(weights(&[f32::MAX, f32::MAX], 1.0), [0.5, 0.5]);
+        let near = weights(&[2e-9 * 10.0, 3e-7 * 10.0], 10.0);
+        assert_eq!(near, [0.5, 0.5], "both are raised to the least distance");
+    }
+
+    #[test]
+    fn the_literal_weight_follows_the_declared_scale() {
+        let metres = DistanceMetric::literal(10.0, 1.0);
+        assert_eq!(metres.lambda, 0.05);
+        let centimetres = DistanceMetric::literal(1000.0, 0.01);
+        assert!((centimetres.lambda - 100.0 * metres.lambda).abs() < 1e-5);
+        assert_eq!(DistanceMetric::literal(0.0, 1.0).lambda, 0.0);
+        assert_eq!(DistanceMetric::literal(f32::NAN, 1.0).lambda, 0.0);
+        assert_eq!(DistanceMetric::scaled(0.05, 10.0).lambda, 0.25);
+    }
+}

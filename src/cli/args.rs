@@ -1,0 +1,262 @@
+//! Every verb and flag.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+const EXIT_CODES: &str = "Exit codes: 0 ok · 2 usage or config · 3 nothing selected · 4 some jobs failed · \
+10 gate failed · 11 gate inconclusive · 12 gate has no data · 130 interrupted (finished jobs kept)";
+
+/// A laboratory for cached light: which method is better, by how much, at what cost, and is it
+/// significant.
+#[derive(Debug, Parser)]
+#[command(name = "lightbench", version, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Run experiments: references, renderings, metrics, tables, figures, claims
+    Run(RunArgs),
+    /// Show the frozen job list, its estimated cost and what is already done
+    Plan(PlanArgs),
+    /// Rebuild tables, figures and the HTML report from rows, without rendering
+    Report(FolderArgs),
+    /// Evaluate claims and gates; the exit code says the result
+    Gate(GateArgs),
+    /// Compare the same jobs of two results folders
+    Diff(DiffArgs),
+    /// Unite the rows and jobs of several results folders (shards)
+    Merge(MergeArgs),
+    /// Render one image
+    Render(RenderArgs),
+    /// All metrics of two images
+    Compare(CompareArgs),
+    /// Write the record positions of one distribution
+    Caches(CachesArgs),
+    /// Look at scenes
+    #[command(subcommand)]
+    Scene(SceneVerb),
+    /// Look at and extend the reference store
+    #[command(subcommand)]
+    Ref(RefVerb),
+    /// Re-evaluate one pixel of a job and print what went into it
+    Replay(ReplayArgs),
+    /// List techniques, methods, refinements or scenes
+    List(ListArgs),
+    /// Describe an entry of the registry: parameters, sources, known failures
+    Explain(ExplainArgs),
+    /// Print a completion script
+    Completions { shell: clap_complete::Shell },
+    /// Print the manual page
+    Man,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub selection: Selection,
+    /// Do nothing but print the plan
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Stop at the first job that fails
+    #[arg(long)]
+    pub fail_fast: bool,
+    /// Say nothing on stderr
+    #[arg(long)]
+    pub quiet: bool,
+    /// Worker threads; default: all
+    #[arg(long)]
+    pub threads: Option<usize>,
+}
+
+/// Configs, overrides and filters, common to `run` and `plan`.
+#[derive(Debug, Args)]
+pub struct Selection {
+    /// Config files and overrides: CONFIG… key=value…; a,b,c and from..to..step sweep
+    #[arg(required = true, value_name = "CONFIG | key=value")]
+    pub inputs: Vec<String>,
+    /// Results folder; default: results/<name of the config>
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Only scenes that match
+    #[arg(long, value_name = "GLOB")]
+    pub scene: Option<String>,
+    /// Only methods (labels) that match
+    #[arg(long, value_name = "GLOB")]
+    pub method: Option<String>,
+    /// Run each contender with this many seeds
+    #[arg(long)]
+    pub repeats: Option<u32>,
+    /// Take every N-th job, from the K-th (1 to N)
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    #[command(flatten)]
+    pub selection: Selection,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct FolderArgs {
+    /// A results folder
+    pub folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct GateArgs {
+    /// A results folder
+    pub folder: PathBuf,
+    /// Also write a JUnit XML file
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    pub before: PathBuf,
+    pub after: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    #[arg(required = true)]
+    pub folders: Vec<PathBuf>,
+    /// The folder to write
+    #[arg(long)]
+    pub out: PathBuf,
+}
+
+/// One contender on one view, common to `render` and `caches`.
+#[derive(Debug, Args)]
+pub struct ContenderArgs {
+    /// A shipped scene, NAME on LIGHTBENCH_SCENES, a scene.toml or a Mitsuba XML file
+    pub scene: String,
+    #[arg(long)]
+    pub view: Option<String>,
+    #[arg(long, default_value = "ambient-occlusion")]
+    pub technique: String,
+    /// A distribution such as VGC+DGS, or `reference` for the exact function
+    #[arg(long, default_value = "VGC+DGS")]
+    pub method: String,
+    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD
+    #[arg(long)]
+    pub budget: Option<usize>,
+    /// Pixels, for example 480x270; default: the view's
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<String>,
+    /// Samples per pixel
+    #[arg(long, default_value_t = 1)]
+    pub spp: u32,
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Worker threads; default: all
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// A parameter of the method or technique, or max_depth, environment, ao_distance of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub contender: ContenderArgs,
+    /// The image to write: .exr, or .png after exposure
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Print what it took as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CachesArgs {
+    #[command(flatten)]
+    pub contender: ContenderArgs,
+    /// The CSV file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    pub reference: PathBuf,
+    pub test: PathBuf,
+    #[arg(long)]
+    pub json: bool,
+    /// Writes error and FLIP maps into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Exposure of linear images before they are clamped for display metrics, in stops
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Pixels per degree of visual angle, for FLIP
+    #[arg(long)]
+    pub ppd: Option<f32>,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum SceneVerb {
+    /// What is loaded, dropped, repaired, and what each technique needs
+    Check(CheckArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    pub scene: String,
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum RefVerb {
+    /// The stored references and their noise floors
+    Status(RefStatusArgs),
+    /// Add samples to the references of a results folder
+    Extend(RefExtendArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct RefStatusArgs {
+    /// The reference store
+    #[arg(default_value = "results/references")]
+    pub folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct RefExtendArgs {
+    /// A results folder
+    pub folder: PathBuf,
+    /// Samples per pixel to reach
+    #[arg(long)]
+    pub samples: u32,
+}
+
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// A job's folder, results/NAME/jobs/ID
+    pub job: PathBuf,
+    /// Column and row from the top left
+    #[arg(long, value_name = "X,Y")]
+    pub pixel: String,
+}
+
+#[derive(Debug, Args)]
+pub struct ListArgs {
+    /// techniques, distributions, refinements, scenes or generators; default: all
+    pub kind: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct ExplainArgs {
+    /// KIND/ID or ID; `all` prints every page
+    pub entry: String,
+}

@@ -1,0 +1,94 @@
+//! `list` and `explain`: the registry, for people.
+
+use super::args::{ExplainArgs, ListArgs};
+use super::exit::{self, Failure};
+use crate::registry::{About, Bias, FIRST_STAGES, REFINEMENTS, TECHNIQUES};
+use crate::scene::{find_scene, shipped_scenes};
+
+const KINDS: [&str; 4] = ["techniques", "distributions", "refinements", "scenes"];
+
+/// Kind, and every entry of it.
+fn entries() -> Vec<(&'static str, &'static About)> {
+    let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
+    let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
+    let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
+    techniques.chain(first).chain(refinements).collect()
+}
+
+/// One line an entry.
+pub fn list(args: &ListArgs) -> Result<u8, Failure> {
+    let wanted = |kind: &str| {
+        args.kind
+            .as_deref()
+            .is_none_or(|k| kind.trim_end_matches('s') == k.trim_end_matches('s'))
+    };
+    if !KINDS.iter().any(|kind| wanted(kind)) {
+        let kind = args.kind.as_deref().unwrap_or("");
+        return Err(Failure::usage(format!("nothing is listed as `{kind}`; known: {}", KINDS.join(", "))));
+    }
+    for kind in KINDS.iter().filter(|kind| wanted(kind)) {
+        println!("{kind}:");
+        for (_, about) in entries().iter().filter(|(k, _)| k == kind) {
+            println!("  {:<20} {}", about.id, about.summary);
+        }
+        if *kind == "scenes" {
+            for name in shipped_scenes() {
+                println!("  {name:<20} {}", find_scene(name)?.title);
+            }
+        }
+    }
+    Ok(exit::OK)
+}
+
+/// A page of Markdown for one entry, or for all.
+pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
+    let (kind, name) = match args.entry.split_once('/') {
+        Some((kind, name)) => (Some(kind), name),
+        None => (None, args.entry.as_str()),
+    };
+    let all = entries();
+    let chosen: Vec<_> = all
+        .iter()
+        .filter(|(k, about)| {
+            let of_kind = kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'));
+            of_kind && (name == "all" || about.answers_to(name))
+        })
+        .collect();
+    if chosen.is_empty() {
+        let known: Vec<String> = all.iter().map(|(k, a)| format!("{k}/{}", a.id)).collect();
+        return Err(Failure::usage(format!("no entry `{}`; known: {}", args.entry, known.join(", "))));
+    }
+    for (kind, about) in chosen {
+        print!("{}", page(kind, about));
+    }
+    Ok(exit::OK)
+}
+
+/// The page of one entry.
+pub fn page(kind: &str, about: &About) -> String {
+    let mut text = format!("# {} ({kind})\n\n{}\n\n", about.id, about.summary);
+    if !about.aliases.is_empty() {
+        text.push_str(&format!("Also called: {}\n\n", about.aliases.join(", ")));
+    }
+    let bias = match about.bias {
+        Bias::Exact => "exact",
+        Bias::Unbiased => "unbiased",
+        Bias::Consistent => "consistent: converges to the reference as the budget grows",
+        Bias::Biased => "biased at any budget",
+    };
+    text.push_str(&format!("Source: {}\n\nBias: {bias}\n", about.source));
+    if !about.parameters.is_empty() {
+        text.push_str("\n| parameter | default | unit | meaning |\n|---|---|---|---|\n");
+        for p in about.parameters {
+            text.push_str(&format!("| `{}` | {} | {} | {} |\n", p.key, p.default, p.unit, p.meaning));
+        }
+    }
+    if !about.failures.is_empty() {
+        text.push_str("\nKnown failures:\n");
+        for failure in about.failures {
+            text.push_str(&format!("- {failure}\n"));
+        }
+    }
+    text.push('\n');
+    text
+}

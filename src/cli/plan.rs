@@ -1,0 +1,155 @@
+//! `plan`: the frozen job list; and the selection that `run` shares.
+
+use std::path::PathBuf;
+
+use globset::Glob;
+
+use super::args::{PlanArgs, Selection};
+use super::exit::{self, Failure};
+use crate::experiment::{Config, Override, Plan, Source, Store, plan};
+
+/// A planned config and its results folder.
+pub struct Planned {
+    pub config: Config,
+    pub plan: Plan,
+    pub folder: PathBuf,
+}
+
+/// Plans every config of the selection and applies its filters.
+pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
+    let (settings, configs): (Vec<&String>, Vec<&String>) =
+        selection.inputs.iter().partition(|input| input.contains('='));
+    if configs.is_empty() {
+        return Err(Failure::usage("no config file given, only overrides"));
+    }
+    if selection.out.is_some() && configs.len() > 1 {
+        return Err(Failure::usage("--out names one folder, but several configs are given"));
+    }
+    let mut overrides = settings
+        .iter()
+        .map(|text| Override::parse(text))
+        .collect::<Result<Vec<_>, _>>()?;
+    if let Some(repeats) = selection.repeats {
+        overrides.push(Override::parse(&format!("repeats={repeats}"))?);
+    }
+    let filter = Filter::new(selection)?;
+    let mut all = Vec::new();
+    for file in configs {
+        let source = Source::read(file.as_ref())?;
+        let (config, mut plan) = plan(&source, &overrides)?;
+        plan.overrides = settings.iter().map(|s| (*s).clone()).collect();
+        plan.jobs = filter.select(plan.jobs);
+        let folder = selection
+            .out
+            .clone()
+            .unwrap_or_else(|| PathBuf::from("results").join(&config.name));
+        all.push(Planned {
+            config,
+            plan,
+            folder,
+        });
+    }
+    if all.iter().all(|p| p.plan.jobs.is_empty()) {
+        return Err(Failure::nothing("no job is selected: look at --scene, --method and --shard"));
+    }
+    Ok(all)
+}
+
+struct Filter {
+    scene: Option<globset::GlobMatcher>,
+    method: Option<globset::GlobMatcher>,
+    /// Zero-based shard and number of shards.
+    shard: (usize, usize),
+}
+
+impl Filter {
+    fn new(selection: &Selection) -> Result<Self, Failure> {
+        let glob = |pattern: &Option<String>| -> Result<_, Failure> {
+            Ok(match pattern {
+                Some(p) => Some(Glob::new(p)?.compile_matcher()),
+                None => None,
+            })
+        };
+        let shard = match &selection.shard {
+            None => (0, 1),
+            Some(text) => text
+                .split_once('/')
+                .and_then(|(k, n)| Some((k.parse::<usize>().ok()?, n.parse::<usize>().ok()?)))
+                .filter(|(k, n)| *k >= 1 && k <= n)
+                .map(|(k, n)| (k - 1, n))
+                .ok_or_else(|| Failure::usage(format!("--shard {text}: expected K/N with 1 ≤ K ≤ N, for example 2/8")))?,
+        };
+        Ok(Self {
+            scene: glob(&selection.scene)?,
+            method: glob(&selection.method)?,
+            shard,
+        })
+    }
+
+    fn select(&self, jobs: Vec<crate::experiment::Job>) -> Vec<crate::experiment::Job> {
+        let (shard, shards) = self.shard;
+        let matches = |glob: &Option<globset::GlobMatcher>, name: &str| {
+            glob.as_ref().is_none_or(|g| g.is_match(name))
+        };
+        jobs.into_iter()
+            .filter(|j| matches(&self.scene, &j.scene) && matches(&self.method, &j.label))
+            .enumerate()
+            .filter(|(i, _)| i % shards == shard)
+            .map(|(_, job)| job)
+            .collect()
+    }
+}
+
+/// Prints the plan of each config.
+pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
+    for planned in planned(&args.selection)? {
+        if args.json {
+            println!("{}", serde_json::to_string_pretty(&planned.plan)?);
+        } else {
+            print(&planned);
+        }
+    }
+    Ok(exit::OK)
+}
+
+/// One line a job, then the sum.
+pub fn print(planned: &Planned) {
+    let store = Store {
+        folder: planned.folder.clone(),
+    };
+    let mut references: Vec<&str> = Vec::new();
+    let (mut rays, mut done) = (0u64, 0);
+    for job in &planned.plan.jobs {
+        let finished = store.row(&job.id).is_some_and(|row| row.ok());
+        done += usize::from(finished);
+        if !finished {
+            rays += job.estimated_rays();
+            if !references.contains(&job.reference.as_str()) {
+                references.push(&job.reference);
+                rays += job.reference_rays();
+            }
+        }
+        println!(
+            "{} {:<16} {:<10} seed {:<3} {}x{} spp {} {} {}",
+            job.id,
+            job.scene,
+            job.label,
+            job.seed,
+            job.width,
+            job.height,
+            job.spp,
+            job.budget(),
+            if finished { "done" } else { "" }
+        );
+    }
+    for note in &planned.plan.notes {
+        println!("note: {note}");
+    }
+    println!(
+        "{}: {} jobs, {done} done; the rest casts about {:.1} million rays, {} references included",
+        planned.plan.name,
+        planned.plan.jobs.len(),
+        rays as f64 / 1e6,
+        references.len()
+    );
+}

@@ -1,0 +1,273 @@
+//! `render`: one image; and the single contender that `caches` shares.
+
+use std::path::Path;
+
+use glam::{DMat4, DVec3};
+use toml::{Table, Value};
+
+use super::args::{ContenderArgs, RenderArgs};
+use super::exit::{self, Failure};
+use super::run::set_threads;
+use crate::experiment::Override;
+use crate::image::{Attributes, Image, Layer, write_exr, write_png};
+use crate::registry::{self, TechniqueEntry};
+use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_scene};
+use crate::technique::{Contender, Distribution, Frame, Rendered, Stages, Technique, cached, reference_pass};
+use crate::trace::{RayCounter, Tracer};
+
+/// A contender that was checked, and its loaded scene.
+pub struct Prepared {
+    pub technique: Box<dyn Technique>,
+    /// `None` for the method `reference`.
+    pub distribution: Option<Distribution>,
+    pub scene: Scene,
+    tracer: Tracer,
+    size: [usize; 2],
+    view: usize,
+    spp: u32,
+    caches: usize,
+    seed: u64,
+}
+
+impl Prepared {
+    /// Checks everything that can be checked before the scene is loaded, then loads it.
+    pub fn new(args: &ContenderArgs) -> Result<Self, Failure> {
+        set_threads(args.threads)?;
+        let entry = technique_entry(&args.technique)?;
+        let mut description = find_scene(&args.scene)?;
+        let (method, technique) = settings(args, entry, &mut description)?;
+        let technique = (entry.build)(&technique)?;
+        let is_reference = args.method.eq_ignore_ascii_case("reference");
+        if !is_reference && !entry.distributions {
+            return Err(Failure::usage(format!("{} has one method only: reference", entry.about.id)));
+        }
+        let distribution = match is_reference {
+            true => None,
+            false => Some(Distribution::new(&args.method, &method)?),
+        };
+        let view = match &args.view {
+            None => 0,
+            Some(name) => {
+                let known: Vec<&str> = description.views.iter().map(|v| v.name.as_str()).collect();
+                known.iter().position(|k| k == name).ok_or_else(|| {
+                    Failure::usage(format!("no view `{name}`; the scene has: {}", known.join(", ")))
+                })?
+            }
+        };
+        let size = match &args.size {
+            Some(text) => parse_size(text)?,
+            None => description
+                .views
+                .get(view)
+                .map(|v| [v.width, v.height])
+                .ok_or_else(|| Failure::usage("the scene declares no view"))?,
+        };
+        if args.spp == 0 {
+            return Err(Failure::usage("--spp must be at least 1"));
+        }
+        let scene = Scene::build(&description, technique.needs())?;
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let of_paper = (size[0] * size[1]) as f64 * 120_000.0 / (1920.0 * 1080.0);
+        Ok(Self {
+            technique,
+            distribution,
+            scene,
+            tracer,
+            size,
+            view,
+            spp: args.spp,
+            caches: args.budget.unwrap_or((of_paper.round() as usize).max(1)),
+            seed: args.seed,
+        })
+    }
+
+    pub fn frame(&self) -> Frame<'_> {
+        Frame {
+            scene: &self.scene,
+            tracer: &self.tracer,
+            view: &self.scene.views[self.view],
+            width: self.size[0],
+            height: self.size[1],
+            spp: self.spp,
+        }
+    }
+
+    /// Renders the contender, or the exact function.
+    pub fn render(&self) -> Result<Rendered, Failure> {
+        let frame = self.frame();
+        let Some(distribution) = &self.distribution else {
+            return Ok(exact(self.technique.as_ref(), &frame));
+        };
+        let needs_choice = !distribution.first.candidates().is_empty();
+        let reference = needs_choice.then(|| exact(self.technique.as_ref(), &frame).image);
+        let contender = Contender {
+            distribution,
+            caches: self.caches,
+            seed: self.seed,
+            reference: reference.as_ref(),
+        };
+        cached::render(self.technique.as_ref(), &frame, &contender).map_err(Failure::job)
+    }
+}
+
+/// The shading function at every sample.
+fn exact(technique: &dyn Technique, frame: &Frame) -> Rendered {
+    let counter = RayCounter::default();
+    let mut stages = Stages::default();
+    let samples = technique.reference_samples(frame.spp);
+    let mut sums = vec![[0.0f64; 3]; frame.pixels()];
+    let mut non_finite = 0;
+    stages.time("rendering", || {
+        for sample in 0..samples {
+            let (pass, dropped) = reference_pass(technique, frame, sample, &counter);
+            non_finite += dropped;
+            for (sum, value) in sums.iter_mut().zip(&pass.pixels) {
+                (0..3).for_each(|c| sum[c] += f64::from(value[c]));
+            }
+        }
+    });
+    let mut image = Image::new(frame.width, frame.height);
+    for (pixel, sum) in image.pixels.iter_mut().zip(&sums) {
+        *pixel = sum.map(|s| (s / f64::from(samples)) as f32);
+    }
+    Rendered {
+        image,
+        rays: counter.read(),
+        stages,
+        non_finite,
+        ..Rendered::default()
+    }
+}
+
+/// The entry of a technique, or an error that lists what there is.
+pub fn technique_entry(id: &str) -> Result<&'static TechniqueEntry, Failure> {
+    registry::technique(id).ok_or_else(|| {
+        let known: Vec<&str> = registry::TECHNIQUES.iter().map(|e| e.about.id).collect();
+        Failure::usage(format!("no technique is called `{id}`; known: {}", known.join(", ")))
+    })
+}
+
+/// Splits `--set` into parameters of the method and of the technique, and applies those of the scene.
+fn settings(
+    args: &ContenderArgs,
+    entry: &TechniqueEntry,
+    description: &mut SceneDescription,
+) -> Result<(Table, Table), Failure> {
+    let (mut method, mut technique) = (Table::new(), Table::new());
+    for text in &args.settings {
+        let Override { key, values } = Override::parse(text)?;
+        let [value] = values.as_slice() else {
+            return Err(Failure::usage(format!("--set {text}: one value is expected here")));
+        };
+        match key.as_str() {
+            "max_depth" | "ao_distance" => {
+                let number = value.as_integer().map(|i| i as f64).or(value.as_float());
+                let number = number
+                    .filter(|n| *n > 0.0)
+                    .ok_or_else(|| Failure::usage(format!("--set {text}: expected a positive number")))?;
+                if key == "max_depth" {
+                    description.max_depth = number as u32;
+                } else {
+                    description.ao_distance = Some(number);
+                }
+            }
+            "environment" => description.environment = Some(environment(value)?),
+            _ if entry.about.parameters.iter().any(|p| p.key == key) => {
+                technique.insert(key, value.clone());
+            }
+            _ => {
+                method.insert(key, value.clone());
+            }
+        }
+    }
+    Ok((method, technique))
+}
+
+fn environment(value: &Value) -> Result<EnvironmentDescription, Failure> {
+    let path = value
+        .as_str()
+        .ok_or_else(|| Failure::usage("--set environment=FILE: expected a file name"))?;
+    if !Path::new(path).is_file() {
+        return Err(Failure::usage(format!("--set environment={path}: there is no such file")));
+    }
+    Ok(EnvironmentDescription::Map {
+        path: path.into(),
+        scale: 1.0,
+        to_world: DMat4::from_translation(DVec3::ZERO),
+    })
+}
+
+fn parse_size(text: &str) -> Result<[usize; 2], Failure> {
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]))
+        .filter(|[w, h]: &[usize; 2]| *w > 0 && *h > 0 && w.saturating_mul(*h) <= 1 << 28)
+        .ok_or_else(|| Failure::usage(format!("--size {text}: expected WIDTHxHEIGHT in pixels, for example 480x270")))
+}
+
+/// Renders and writes one image.
+pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
+    let png = match args.out.extension().and_then(|e| e.to_str()) {
+        Some("png") => true,
+        Some("exr") => false,
+        _ => return Err(Failure::usage(format!("--out {}: expected a .exr or .png file", args.out.display()))),
+    };
+    let prepared = Prepared::new(&args.contender)?;
+    let rendered = prepared.render()?;
+    let exposure = prepared.scene.exposure.log2();
+    if png {
+        write_png(&args.out, &rendered.image, exposure)?;
+    } else {
+        let mut attributes = Attributes::new();
+        attributes.insert("scene".into(), prepared.scene.name.clone().into());
+        attributes.insert("method".into(), args.contender.method.clone().into());
+        attributes.insert("exposure".into(), f64::from(exposure).into());
+        write_exr(&args.out, &[Layer::color("beauty", rendered.image.clone())], &attributes)?;
+    }
+    report(args, &prepared, &rendered)?;
+    Ok(exit::OK)
+}
+
+fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result<(), Failure> {
+    let [width, height] = prepared.size;
+    let stages: serde_json::Map<String, serde_json::Value> = rendered
+        .stages
+        .0
+        .iter()
+        .map(|(stage, seconds)| ((*stage).to_owned(), (*seconds).into()))
+        .collect();
+    let found: serde_json::Map<String, serde_json::Value> = rendered
+        .found
+        .iter()
+        .map(|(key, value)| ((*key).to_owned(), (*value).into()))
+        .collect();
+    if args.json {
+        let record = serde_json::json!({
+            "scene": prepared.scene.name,
+            "technique": args.contender.technique,
+            "method": args.contender.method,
+            "width": width,
+            "height": height,
+            "spp": prepared.spp,
+            "seed": prepared.seed,
+            "exposure_stops": prepared.scene.exposure.log2(),
+            "caches": rendered.records.len(),
+            "rays": rendered.rays.closest,
+            "shadow_rays": rendered.rays.shadow,
+            "lookups": rendered.lookups,
+            "non_finite": rendered.non_finite,
+            "seconds_total": rendered.stages.total(),
+            "seconds": stages,
+            "found": found,
+            "notes": rendered.notes,
+        });
+        println!("{record:#}");
+    } else {
+        for (stage, seconds) in &rendered.stages.0 {
+            eprintln!("{stage:<20} {seconds:>8.3} s");
+        }
+        for note in &rendered.notes {
+            eprintln!("note: {note}");
+        }
+    }
+    Ok(())
+}

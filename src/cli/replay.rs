@@ -1,0 +1,61 @@
+//! `replay`: what went into one pixel of a job.
+
+use super::args::ReplayArgs;
+use super::exit::{self, Failure};
+use crate::experiment::{Store, build_technique, frame_of, load_scene};
+use crate::technique::{Contender, Distribution, cached};
+use crate::trace::{RayCounter, Tracer};
+
+/// Renders the job's records again and traces one pixel through them.
+pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
+    let id = args.job.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = args
+        .job
+        .parent()
+        .and_then(|jobs| jobs.parent())
+        .ok_or_else(|| Failure::usage(format!("{}: expected results/NAME/jobs/ID", args.job.display())))?;
+    let plan = Store::open(folder)?.plan()?;
+    let job = plan
+        .jobs
+        .iter()
+        .find(|job| job.id == id)
+        .ok_or_else(|| Failure::usage(format!("{} has no job {id}", folder.display())))?;
+    let (x, y) = args
+        .pixel
+        .split_once(',')
+        .and_then(|(x, y)| Some((x.trim().parse::<usize>().ok()?, y.trim().parse::<usize>().ok()?)))
+        .filter(|(x, y)| *x < job.width && *y < job.height)
+        .ok_or_else(|| {
+            Failure::usage(format!(
+                "--pixel {}: expected X,Y below {}x{}",
+                args.pixel, job.width, job.height
+            ))
+        })?;
+    let technique = build_technique(job)?;
+    let scene = load_scene(job, technique.as_ref())?;
+    let tracer = Tracer::new(&scene.positions, &scene.triangles);
+    let frame = frame_of(job, (&scene, &tracer))?;
+    let distribution = Distribution::new(&job.method, &job.method_parameters)?;
+    let needs_choice = !distribution.first.candidates().is_empty();
+    if needs_choice {
+        eprintln!("note: this method picks a setting by error; the first setting is replayed");
+    }
+    let contender = Contender {
+        distribution: &distribution,
+        caches: job.caches as usize,
+        seed: job.seed,
+        reference: None,
+    };
+    let pixel = (y * job.width + x) as u32;
+    println!("job {id}: {} {} seed {}, pixel {x},{y}", job.scene, job.label, job.seed);
+    let lines = cached::replay(technique.as_ref(), &frame, &contender, pixel).map_err(Failure::job)?;
+    lines.iter().for_each(|line| println!("{line}"));
+    let counter = RayCounter::default();
+    let caster = tracer.caster(&counter);
+    for sample in 0..technique.reference_samples(frame.spp) {
+        let mut exact = [[0.0; 3]];
+        let non_finite = technique.reference_pixels(&frame, &caster, (pixel, sample), &mut exact);
+        println!("exact, sample {sample}: {:?}, {non_finite} non-finite", exact[0]);
+    }
+    Ok(exit::OK)
+}

@@ -1,0 +1,13 @@
+//! `report`: tables, figures and HTML from rows, without rendering.
+
+use super::args::FolderArgs;
+use super::exit::{self, Failure};
+
+pub fn run(args: &FolderArgs) -> Result<u8, Failure> {
+    let written = crate::report::write(&args.folder)?;
+    print!("{}", written.summary);
+    for file in &written.files {
+        eprintln!("{}", file.display());
+    }
+    Ok(exit::OK)
+}

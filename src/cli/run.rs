@@ -1,0 +1,63 @@
+//! `run`: everything.
+
+use std::path::{Path, PathBuf};
+
+use super::args::RunArgs;
+use super::exit::{self, Failure};
+use super::plan::{Planned, planned, print};
+use crate::experiment::{RunOptions, run as run_plan};
+
+/// Plans all configs first, so that nothing is written when one of them is wrong.
+pub fn run(args: &RunArgs) -> Result<u8, Failure> {
+    set_threads(args.threads)?;
+    let all = planned(&args.selection)?;
+    if args.dry_run {
+        all.iter().for_each(print);
+        return Ok(exit::OK);
+    }
+    let mut failed = 0;
+    for planned in &all {
+        failed += run_one(planned, args)?;
+        if failed > 0 && args.fail_fast {
+            break;
+        }
+    }
+    Ok(if failed > 0 { exit::SOME_FAILED } else { exit::OK })
+}
+
+fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
+    let options = RunOptions {
+        folder: planned.folder.clone(),
+        references: references_beside(&planned.folder),
+        fail_fast: args.fail_fast,
+        quiet: args.quiet,
+    };
+    for note in planned.plan.notes.iter().filter(|_| !args.quiet) {
+        eprintln!("note: {note}");
+    }
+    let outcome = run_plan(&planned.plan, &planned.config, &options)?;
+    let written = crate::report::write(&planned.folder)?;
+    print!("{}", written.summary);
+    if !args.quiet {
+        eprintln!("results: {}", planned.folder.display());
+        eprintln!("report:  {}", planned.folder.join("report.html").display());
+    }
+    Ok(outcome.failed)
+}
+
+/// `results/references` for `results/<name>`.
+pub fn references_beside(folder: &Path) -> PathBuf {
+    folder.parent().unwrap_or(Path::new("results")).join("references")
+}
+
+/// Sets the size of the global thread pool.
+pub fn set_threads(threads: Option<usize>) -> Result<(), Failure> {
+    match threads {
+        None => Ok(()),
+        Some(0) => Err(Failure::usage("--threads must be at least 1")),
+        Some(n) => rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build_global()
+            .map_err(Failure::usage),
+    }
+}

@@ -1,0 +1,356 @@
+//! The experiment file: what it may say, and where it is wrong.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::locate::locate;
+
+/// An experiment as written. Every key has a default but `name`, `technique`, `scene` and `method`.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Names the results folder.
+    pub name: String,
+    #[serde(default)]
+    pub title: String,
+    pub technique: String,
+    /// Parameters of the technique, shared by reference and contenders.
+    #[serde(default)]
+    pub parameters: toml::Table,
+    pub scene: Vec<SceneChoice>,
+    /// The contenders: `id`, optional `label`, and the method's parameters.
+    pub method: Vec<toml::Table>,
+    /// Records of every contender at full size.
+    #[serde(default)]
+    pub caches: Option<u64>,
+    /// Scales both sides of the image, and the records by its square: "1/4" keeps records per pixel.
+    #[serde(default = "unit_scale")]
+    pub scale: Scale,
+    /// Image size in pixels before scaling; default: the view's.
+    #[serde(default)]
+    pub size: Option<[usize; 2]>,
+    /// Sub-pixel samples of reference and contenders alike.
+    #[serde(default = "one")]
+    pub spp: u32,
+    #[serde(default = "one_u64")]
+    pub seed: u64,
+    /// Each contender is run with seeds `seed, seed + 1, …`.
+    #[serde(default = "one")]
+    pub repeats: u32,
+    /// Keys (as in overrides) that take several values, crossed with one another.
+    #[serde(default)]
+    pub sweep: BTreeMap<String, Vec<toml::Value>>,
+    /// Jobs whose non-finite samples are tolerated (they are counted and reported all the same).
+    #[serde(default)]
+    pub allow_non_finite: bool,
+    #[serde(default)]
+    pub table: Vec<TableSpec>,
+    #[serde(default)]
+    pub figure: Vec<FigureSpec>,
+    #[serde(default)]
+    pub claim: Vec<ClaimSpec>,
+    #[serde(default)]
+    pub gate: Vec<GateSpec>,
+    #[serde(default)]
+    pub published: Vec<Published>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn one_u64() -> u64 {
+    1
+}
+
+fn unit_scale() -> Scale {
+    Scale(1.0)
+}
+
+/// A positive factor written as a number or as a fraction, `0.25` or `"1/4"`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Scale(pub f64);
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Form {
+            Number(f64),
+            Integer(i64),
+            Text(String),
+        }
+        let value = match Form::deserialize(deserializer)? {
+            Form::Number(x) => Some(x),
+            Form::Integer(x) => Some(x as f64),
+            Form::Text(text) => match text.split_once('/') {
+                Some((a, b)) => a
+                    .trim()
+                    .parse::<f64>()
+                    .ok()
+                    .zip(b.trim().parse::<f64>().ok())
+                    .map(|(a, b)| a / b),
+                None => text.trim().parse().ok(),
+            },
+        };
+        value
+            .filter(|v| v.is_finite() && *v > 0.0)
+            .map(Scale)
+            .ok_or_else(|| {
+                serde::de::Error::custom("expected a positive scale such as 0.25 or \"1/4\"")
+            })
+    }
+}
+
+/// A scene of the experiment, with what differs from the experiment's defaults.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneChoice {
+    pub name: String,
+    /// Used when `name` is not found: the shipped scene of the same kind.
+    #[serde(default)]
+    pub otherwise: Option<String>,
+    /// What rows and tables call it; needed when a scene is used twice.
+    #[serde(default)]
+    pub label: Option<String>,
+    /// The name the paper's tables use.
+    #[serde(default)]
+    pub paper: Option<String>,
+    #[serde(default)]
+    pub view: Option<String>,
+    #[serde(default)]
+    pub caches: Option<u64>,
+    #[serde(default)]
+    pub size: Option<[usize; 2]>,
+    /// Replaces the scene's AO distance, scene units.
+    #[serde(default)]
+    pub ao_distance: Option<f64>,
+    /// Hard cases: the whole scene, camera included, is scaled, then moved (scene units after
+    /// scaling), with metres per unit declared to match.
+    #[serde(default)]
+    pub transform: Option<SceneTransform>,
+}
+
+/// A similarity applied to a whole scene.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct SceneTransform {
+    #[serde(default = "unit")]
+    pub scale: f64,
+    /// Degrees about +y.
+    #[serde(default)]
+    pub rotate_y_deg: f64,
+    #[serde(default)]
+    pub translate: [f64; 3],
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+/// A table over rows: mean and 95 % interval over repeats of each metric.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// File name of the table.
+    pub name: String,
+    #[serde(default)]
+    pub title: String,
+    /// `methods` (one line a method, columns scene × metric), `stages` (one line a stage, columns
+    /// scene × method), `sweep` (one line a method, columns the swept values).
+    #[serde(default = "methods_kind")]
+    pub kind: TableKind,
+    /// Row columns: `rmse`, `flip_ldr`, `seconds_total`, `shadow_rays`, …
+    #[serde(default = "default_metrics")]
+    pub metrics: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TableKind {
+    Methods,
+    Stages,
+    Sweep,
+}
+
+fn methods_kind() -> TableKind {
+    TableKind::Methods
+}
+
+fn default_metrics() -> Vec<String> {
+    vec!["rmse".into(), "flip_ldr".into()]
+}
+
+/// A figure from rows and images.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FigureSpec {
+    /// File name of the figure.
+    pub name: String,
+    #[serde(default)]
+    pub title: String,
+    pub kind: FigureKind,
+    /// Scenes to show (resolved names or glob patterns); default all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
+    /// Labels of methods to show; default all.
+    #[serde(default)]
+    pub methods: Vec<String>,
+    /// Insets of `side-by-side`, as fractions `[x, y, width, height]` of the image. Without any,
+    /// they are placed where the methods differ most.
+    #[serde(default)]
+    pub insets: Vec<[f64; 4]>,
+    /// `curves`: the row column on the horizontal axis, and those on the vertical axes.
+    #[serde(default)]
+    pub x: Option<String>,
+    #[serde(default)]
+    pub y: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FigureKind {
+    /// Reference and contenders with insets, error values and FLIP maps.
+    SideBySide,
+    /// Metrics against a swept or measured quantity.
+    Curves,
+    /// Record positions over the image, first stage and refinement in two colours.
+    Records,
+    /// The map that guided the refinement.
+    Discontinuity,
+}
+
+/// A statement of the paper about rows.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClaimSpec {
+    pub text: String,
+    /// Where the paper says so.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// For example `rmse(VGC+DGS) < rmse(VGC)`; judged for every scene and swept value.
+    pub expect: String,
+    /// Scenes it is about (resolved, asked-for or paper names); default all.
+    #[serde(default)]
+    pub scenes: Vec<String>,
+}
+
+/// A bound that decides the exit code.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GateSpec {
+    pub text: String,
+    pub expect: String,
+    #[serde(default)]
+    pub scenes: Vec<String>,
+}
+
+/// A number the paper printed.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Published {
+    /// "Table 2".
+    #[serde(rename = "where")]
+    pub place: String,
+    /// The paper's scene name.
+    pub scene: String,
+    /// The label of our method.
+    pub method: String,
+    /// For sweeps: the swept key and value it belongs to.
+    #[serde(default)]
+    pub at: BTreeMap<String, f64>,
+    /// Column → value, for example `rmse = 0.0840`.
+    pub values: BTreeMap<String, f64>,
+}
+
+/// An experiment file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    #[error("{}: {reason}", file.display())]
+    Read { file: PathBuf, reason: String },
+    #[error("{}:{line}:{column}: {message}", file.display())]
+    At {
+        file: PathBuf,
+        line: usize,
+        column: usize,
+        message: String,
+    },
+    #[error("override `{text}`: {message}")]
+    Override { text: String, message: String },
+    #[error("{0}")]
+    Other(String),
+}
+
+/// The text of a config and where it came from: what errors point into.
+#[derive(Clone, Debug)]
+pub struct Source {
+    pub file: PathBuf,
+    pub text: String,
+}
+
+impl Source {
+    pub fn read(file: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(file).map_err(|error| ConfigError::Read {
+            file: file.to_owned(),
+            reason: format!("cannot be read: {error}"),
+        })?;
+        Ok(Self {
+            file: file.to_owned(),
+            text,
+        })
+    }
+
+    /// An error at the value of a key path such as `["method", "2", "sigma_a_deg"]`; the closest
+    /// enclosing place when the path itself is not in the file (it came from an override).
+    pub fn error(&self, path: &[&str], message: String) -> ConfigError {
+        let offset = locate(&self.text, path).unwrap_or(0);
+        self.error_at(offset, message)
+    }
+
+    fn error_at(&self, offset: usize, message: String) -> ConfigError {
+        let (line, column) = line_column(&self.text, offset);
+        ConfigError::At {
+            file: self.file.clone(),
+            line,
+            column,
+            message,
+        }
+    }
+
+    /// Parses the text as written.
+    pub fn parse(&self) -> Result<Config, ConfigError> {
+        toml::from_str(&self.text).map_err(|error| {
+            let offset = error.span().map_or(0, |s| s.start);
+            self.error_at(offset, error.message().to_owned())
+        })
+    }
+
+    /// Parses the text with `key=value` pairs (already single-valued) put in.
+    pub fn parse_with(&self, settings: &[(String, toml::Value)]) -> Result<Config, ConfigError> {
+        let mut table: toml::Table = toml::from_str(&self.text).map_err(|error| {
+            let offset = error.span().map_or(0, |s| s.start);
+            self.error_at(offset, error.message().to_owned())
+        })?;
+        for (key, value) in settings {
+            super::overrides::apply(&mut table, key, value)?;
+        }
+        Config::deserialize(table).map_err(|error| ConfigError::Override {
+            text: settings
+                .iter()
+                .map(|(k, v)| format!("{k}={v}"))
+                .collect::<Vec<_>>()
+                .join(" "),
+            message: error.message().to_owned(),
+        })
+    }
+}
+
+/// One-based line and column (in characters) of a byte offset.
+pub fn line_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..text.floor_char_boundary(offset.min(text.len()))];
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+    (line, column)
+}

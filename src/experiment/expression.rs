@@ -1,0 +1,233 @@
+//! The small language of claims and gates: comparisons of metrics of methods.
+//!
+//! ```text
+//! comparison = sum ("<" | "<=" | ">" | ">=") sum
+//! sum        = product (("+" | "-") product)*
+//! product    = factor (("*" | "/") factor)*
+//! factor     = number | "(" sum ")" | ("min" | "max") "(" sum ("," sum)* ")" | column "(" LABEL ")"
+//! ```
+//! `rmse(VGC+DGS) < 0.95 * min(rmse(SD), rmse(IM))`: labels are those of the config (`LABEL@SCENE`
+//! for another scene than the one at hand), columns those of `rows.csv`.
+
+/// A parsed comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    /// Normalised so that the statement is `smaller < larger`.
+    smaller: Term,
+    larger: Term,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Term {
+    Number(f64),
+    Column { column: String, label: String },
+    Operation(char, Box<Term>, Box<Term>),
+    Extreme { largest: bool, terms: Vec<Term> },
+}
+
+/// Both sides of a comparison for one set of rows: it holds if `smaller < larger`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    pub smaller: f64,
+    pub larger: f64,
+}
+
+impl Expression {
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let mut parser = Parser { text, at: 0 };
+        let left = parser.sum()?;
+        parser.skip_space();
+        let operator = parser
+            .rest()
+            .chars()
+            .next()
+            .filter(|c| matches!(c, '<' | '>'))
+            .ok_or_else(|| parser.expected("one of < <= > >="))?;
+        parser.at += 1;
+        if parser.rest().starts_with('=') {
+            parser.at += 1;
+        }
+        let right = parser.sum()?;
+        parser.skip_space();
+        if !parser.rest().is_empty() {
+            return Err(parser.expected("the end"));
+        }
+        Ok(match operator {
+            '<' => Self {
+                smaller: left,
+                larger: right,
+            },
+            _ => Self {
+                smaller: right,
+                larger: left,
+            },
+        })
+    }
+
+    /// Evaluates both sides; `value(column, label)` is `None` where there is no such row.
+    pub fn measure(&self, value: &dyn Fn(&str, &str) -> Option<f64>) -> Option<Measured> {
+        Some(Measured {
+            smaller: self.smaller.evaluate(value)?,
+            larger: self.larger.evaluate(value)?,
+        })
+    }
+
+    /// Every column and label it names.
+    pub fn names(&self) -> Vec<(&str, &str)> {
+        let mut names = Vec::new();
+        self.smaller.collect(&mut names);
+        self.larger.collect(&mut names);
+        names
+    }
+}
+
+impl Term {
+    fn evaluate(&self, value: &dyn Fn(&str, &str) -> Option<f64>) -> Option<f64> {
+        match self {
+            Term::Number(n) => Some(*n),
+            Term::Column { column, label } => value(column, label),
+            Term::Operation(operator, a, b) => {
+                let (a, b) = (a.evaluate(value)?, b.evaluate(value)?);
+                Some(match operator {
+                    '+' => a + b,
+                    '-' => a - b,
+                    '*' => a * b,
+                    _ => a / b,
+                })
+            }
+            Term::Extreme { largest, terms } => terms
+                .iter()
+                .map(|t| t.evaluate(value))
+                .collect::<Option<Vec<f64>>>()?
+                .into_iter()
+                .reduce(if *largest { f64::max } else { f64::min }),
+        }
+    }
+
+    fn collect<'a>(&'a self, names: &mut Vec<(&'a str, &'a str)>) {
+        match self {
+            Term::Number(_) => {}
+            Term::Column { column, label } => names.push((column, label)),
+            Term::Operation(_, a, b) => {
+                a.collect(names);
+                b.collect(names);
+            }
+            Term::Extreme { terms, .. } => terms.iter().for_each(|t| t.collect(names)),
+        }
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    at: usize,
+}
+
+impl<'a> Parser<'a> {
+    fn rest(&self) -> &'a str {
+        &self.text[self.at..]
+    }
+
+    fn skip_space(&mut self) {
+        self.at += self.rest().len() - self.rest().trim_start().len();
+    }
+
+    fn expected(&self, what: &str) -> String {
+        format!("`{}`, column {}: expected {what}", self.text, self.at + 1)
+    }
+
+    fn accept(&mut self, symbols: &[char]) -> Option<char> {
+        self.skip_space();
+        let found = self.rest().chars().next().filter(|c| symbols.contains(c))?;
+        self.at += found.len_utf8();
+        Some(found)
+    }
+
+    fn sum(&mut self) -> Result<Term, String> {
+        let mut term = self.product()?;
+        while let Some(operator) = self.accept(&['+', '-']) {
+            term = Term::Operation(operator, Box::new(term), Box::new(self.product()?));
+        }
+        Ok(term)
+    }
+
+    fn product(&mut self) -> Result<Term, String> {
+        let mut term = self.factor()?;
+        while let Some(operator) = self.accept(&['*', '/']) {
+            term = Term::Operation(operator, Box::new(term), Box::new(self.factor()?));
+        }
+        Ok(term)
+    }
+
+    fn factor(&mut self) -> Result<Term, String> {
+        if self.accept(&['(']).is_some() {
+            let term = self.sum()?;
+            return match self.accept(&[')']) {
+                Some(_) => Ok(term),
+                None => Err(self.expected("`)`")),
+            };
+        }
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+        let word: &str = self.rest().split(|c| !is_word(c)).next().unwrap_or("");
+        if word.is_empty() {
+            return Err(self.expected("a number, a column such as rmse(VGC), or `(`"));
+        }
+        self.at += word.len();
+        if let Ok(number) = word.parse() {
+            return Ok(Term::Number(number));
+        }
+        if self.accept(&['(']).is_none() {
+            return Err(self.expected("`(` and the label of a method"));
+        }
+        if word == "min" || word == "max" {
+            return self.extreme(word == "max");
+        }
+        let close = self.rest().find(')').ok_or_else(|| self.expected("`)`"))?;
+        let label = self.rest()[..close].trim().to_owned();
+        self.at += close + 1;
+        Ok(Term::Column {
+            column: word.to_owned(),
+            label,
+        })
+    }
+
+    fn extreme(&mut self, largest: bool) -> Result<Term, String> {
+        let mut terms = vec![self.sum()?];
+        while self.accept(&[',']).is_some() {
+            terms.push(self.sum()?);
+        }
+        match self.accept(&[')']) {
+            Some(_) => Ok(Term::Extreme { largest, terms }),
+            None => Err(self.expected("`,` or `)`")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn evaluates_arithmetic_and_labels_with_plus() {
+        let expression = Expression::parse("rmse(VGC+DGS) < 0.5 * min(rmse(SD), 3 - rmse(IM))").expect("parses");
+        let value = |column: &str, label: &str| match (column, label) {
+            ("rmse", "VGC+DGS") => Some(1.0),
+            ("rmse", "SD") => Some(4.0),
+            ("rmse", "IM") => Some(0.5),
+            _ => None,
+        };
+        let measured = expression.measure(&value).expect("all there");
+        assert_eq!(measured, Measured { smaller: 1.0, larger: 1.25 });
+        assert_eq!(expression.names().len(), 3);
+        let flipped = Expression::parse("psnr(A) >= 30").expect("parses");
+        let measured = flipped.measure(&|_, _| Some(40.0)).expect("there");
+        assert_eq!(measured, Measured { smaller: 30.0, larger: 40.0 });
+    }
+
+    #[test]
+    fn says_where_it_is_wrong() {
+        for text in ["", "rmse(A)", "rmse(A) <", "rmse < 1", "rmse(A) < 1 1", "min(rmse(A) < 1"] {
+            let message = Expression::parse(text).expect_err(text);
+            assert!(message.contains("expected"), "{message}");
+        }
+    }
+}

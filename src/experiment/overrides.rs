@@ -1,0 +1,143 @@
+//! `key=value` from the shell: single values, lists `a,b,c` and ranges `from..to..step`.
+
+use toml::{Table, Value};
+
+use super::ConfigError;
+
+/// An override with one or more values; more than one makes a sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Override {
+    pub key: String,
+    pub values: Vec<Value>,
+}
+
+impl Override {
+    /// Parses `key=value`. Numbers, booleans and TOML arrays in brackets are read as such, anything
+    /// else is text; `1..4` is 1, 2, 3, 4 and `10..40..10` is 10, 20, 30, 40.
+    pub fn parse(text: &str) -> Result<Self, ConfigError> {
+        let bad = |message: &str| ConfigError::Override {
+            text: text.to_owned(),
+            message: message.to_owned(),
+        };
+        let (key, value) = text
+            .split_once('=')
+            .ok_or_else(|| bad("expected key=value, for example caches=2000 or spp=1,4"))?;
+        let (key, value) = (key.trim(), value.trim());
+        if key.is_empty() || value.is_empty() {
+            return Err(bad("key and value must not be empty"));
+        }
+        let values = match range(value) {
+            Some(Ok(values)) => values,
+            Some(Err(message)) => return Err(bad(&message)),
+            None if value.starts_with('[') => vec![scalar(value)],
+            None => value.split(',').map(|part| scalar(part.trim())).collect(),
+        };
+        Ok(Self {
+            key: key.to_owned(),
+            values,
+        })
+    }
+}
+
+/// A TOML scalar or array; bare words are strings.
+fn scalar(text: &str) -> Value {
+    format!("value = {text}")
+        .parse::<Table>()
+        .ok()
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+fn range(text: &str) -> Option<Result<Vec<Value>, String>> {
+    let parts: Vec<&str> = text.split("..").collect();
+    if parts.len() < 2 || parts.len() > 3 {
+        return None;
+    }
+    let numbers: Option<Vec<f64>> = parts.iter().map(|p| p.trim().parse().ok()).collect();
+    let numbers = numbers?;
+    let (from, to) = (numbers[0], numbers[1]);
+    let step = numbers.get(2).copied().unwrap_or(1.0);
+    let count = ((to - from) / step + 1e-9).floor();
+    if !(step > 0.0 && (0.0..10_000.0).contains(&count)) {
+        return Some(Err("a range is from..to or from..to..step, ascending, at most 10000 values".into()));
+    }
+    let whole = numbers.iter().all(|n| n.fract() == 0.0);
+    let value = |i: usize| {
+        let x = from + i as f64 * step;
+        if whole { Value::Integer(x as i64) } else { Value::Float(x) }
+    };
+    Some(Ok((0..=count as usize).map(value).collect()))
+}
+
+/// Puts a value at a dotted key. `method.LABEL.key` reaches the methods with that id or label,
+/// `method.*.key` all of them, `scene.NAME.key` the scenes of that name.
+pub fn apply(table: &mut Table, key: &str, value: &Value) -> Result<(), ConfigError> {
+    let error = |message: String| ConfigError::Override {
+        text: format!("{key}={value}"),
+        message,
+    };
+    let segments: Vec<&str> = key.split('.').collect();
+    if let [list @ ("method" | "scene"), name, rest @ ..] = segments.as_slice() {
+        if rest.is_empty() {
+            return Err(error(format!("expected {list}.NAME.key")));
+        }
+        let names: &[&str] = if *list == "method" { &["label", "id"] } else { &["name"] };
+        let mut touched = false;
+        for entry in table.get_mut(*list).and_then(Value::as_array_mut).into_iter().flatten() {
+            let Some(entry) = entry.as_table_mut() else { continue };
+            let is = |k: &&str| entry.get(*k).and_then(Value::as_str) == Some(*name);
+            if *name == "*" || names.iter().any(is) {
+                set(entry, rest, value).map_err(error)?;
+                touched = true;
+            }
+        }
+        return if touched {
+            Ok(())
+        } else {
+            Err(error(format!("no {list} is called `{name}` in this config")))
+        };
+    }
+    set(table, &segments, value).map_err(error)
+}
+
+fn set(table: &mut Table, path: &[&str], value: &Value) -> Result<(), String> {
+    let [first, rest @ ..] = path else {
+        return Err("empty key".into());
+    };
+    if rest.is_empty() {
+        table.insert((*first).to_owned(), value.clone());
+        return Ok(());
+    }
+    let inner = table
+        .entry(*first)
+        .or_insert_with(|| Value::Table(Table::new()))
+        .as_table_mut()
+        .ok_or_else(|| format!("`{first}` is not a table"))?;
+    set(inner, rest, value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_ranges_and_text() {
+        let values = |t: &str| Override::parse(t).expect(t).values;
+        assert_eq!(values("caches=1,2"), [Value::Integer(1), Value::Integer(2)]);
+        assert_eq!(values("caches=10..30..10").len(), 3);
+        assert_eq!(values("scale=1/4"), [Value::String("1/4".into())]);
+        assert_eq!(values("size=[4,2]").len(), 1);
+        assert!(Override::parse("caches").is_err());
+        assert!(Override::parse("caches=5..1").is_err());
+    }
+
+    #[test]
+    fn methods_are_reached_by_label_or_id() {
+        let mut table: Table = "[[method]]\nid = \"SD\"\nlabel = \"SD-10\"\n[[method]]\nid = \"IM\"\n"
+            .parse()
+            .expect("toml");
+        apply(&mut table, "method.SD-10.min_cluster_size", &Value::Integer(10)).expect("applies");
+        assert_eq!(table["method"][0]["min_cluster_size"].as_integer(), Some(10));
+        assert!(apply(&mut table, "method.XX.a", &Value::Integer(1)).is_err());
+    }
+}

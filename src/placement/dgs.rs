@@ -1,0 +1,158 @@
+//! DGS: discontinuity-guided sampling.
+
+use serde::Deserialize;
+
+use super::discontinuity::{Recipe, draw, measure};
+use super::{Placement, Refinable, Refinement, check};
+use crate::cache::NO_POINT;
+use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
+
+/// Which terms of eq. 4 are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Terms {
+    #[default]
+    Both,
+    /// Differences between records.
+    Diff,
+    /// The geometry term.
+    Geom,
+}
+
+/// Draws pixels from a map of discontinuities in shading and geometry.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DiscontinuityGuided {
+    pub ratio: f64,
+    pub terms: Terms,
+    pub records: usize,
+    pub clamp_percentile: f64,
+}
+
+impl Default for DiscontinuityGuided {
+    fn default() -> Self {
+        Self {
+            ratio: 0.15,
+            terms: Terms::Both,
+            records: 6,
+            clamp_percentile: 100.0,
+        }
+    }
+}
+
+/// Registry entry.
+pub const ENTRY: RefinementEntry = RefinementEntry {
+    about: About {
+        id: "DGS",
+        aliases: &["discontinuity-guided"],
+        summary: "pixels drawn from a map of discontinuities in shading and geometry",
+        source: "Wu & Shen 2023, section 3.2, eq. 3 and 4. Readings: K = 6 ranked by eq. 5, all \
+                 pairs among the K, terms divided by their image maximum",
+        bias: Bias::Consistent,
+        failures: &[
+            "A large geometry term oversamples regions where records hardly differ.",
+            "One extreme difference makes the rest of the map near black; clamp_percentile = 99.9 \
+             mends that.",
+            "A discontinuity between records that all miss it is not seen.",
+        ],
+        parameters: &[
+            Parameter {
+                key: "ratio",
+                default: "0.15",
+                unit: "",
+                meaning: "R: share of the records kept back for this stage, 0 to 0.9",
+            },
+            Parameter {
+                key: "terms",
+                default: "both",
+                unit: "",
+                meaning: "both, diff (differences between records) or geom (normals around)",
+            },
+            Parameter {
+                key: "records",
+                default: "6",
+                unit: "",
+                meaning: "K: nearest records that are compared, 2 to 32",
+            },
+            Parameter {
+                key: "clamp_percentile",
+                default: "100",
+                unit: "%",
+                meaning: "differences above this percentile of the pixels are cut off, 50 to 100",
+            },
+        ],
+    },
+    build,
+};
+
+fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
+    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
+    let within = |least: f64, most: f64| {
+        move |v: &toml::Value| number(v).is_some_and(|n| (least..=most).contains(&n))
+    };
+    check(table, "ratio", "a number from 0 to 0.9", within(0.0, 0.9))?;
+    check(table, "records", "a whole number from 2 to 32", |v| {
+        matches!(v.as_integer(), Some(2..=32))
+    })?;
+    let percentile = "a number from 50 to 100";
+    check(table, "clamp_percentile", percentile, within(50.0, 100.0))?;
+    Ok(Box::new(parameters::<DiscontinuityGuided>(table)?))
+}
+
+impl DiscontinuityGuided {
+    fn recipe(&self) -> Recipe {
+        Recipe {
+            difference: self.terms != Terms::Geom,
+            geometry: self.terms != Terms::Diff,
+            records: self.records,
+            clamp_quantile: self.clamp_percentile / 100.0,
+        }
+    }
+}
+
+impl Refinement for DiscontinuityGuided {
+    fn ratio(&self) -> f64 {
+        self.ratio
+    }
+
+    /// A row by its marginal, a pixel of it by its conditional probability; a pixel that is drawn
+    /// again is drawn anew. Where too few pixels have a positive value all of them are taken and
+    /// the rest is uniformly random.
+    fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement {
+        let (map, pairs) = measure(input, self.recipe());
+        let picture = picture(input, &map);
+        let (sites, by_importance) = draw(input, map, (count, seed));
+        let mut notes = Vec::new();
+        if by_importance < sites.len() {
+            notes.push(format!(
+                "only {by_importance} pixels show a discontinuity; the other {} records are \
+                 uniformly random",
+                sites.len() - by_importance
+            ));
+        }
+        if sites.len() < count {
+            notes.push(format!(
+                "only {} free points for {count} records",
+                sites.len()
+            ));
+        }
+        Placement {
+            sites,
+            found: vec![
+                ("pairs", pairs as f64),
+                ("by_importance", by_importance as f64),
+            ],
+            notes,
+            map: Some(picture),
+        }
+    }
+}
+
+/// D(s) of eq. 4 per pixel, 0 at records and where there is no shading point.
+fn picture(input: &Refinable, values: &[f32]) -> Vec<f32> {
+    let of_pixel = |&point: &u32| match point {
+        NO_POINT => 0.0,
+        point => values[point as usize],
+    };
+    input.points.point_of_pixel.iter().map(of_pixel).collect()
+}

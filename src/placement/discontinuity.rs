@@ -1,0 +1,251 @@
+//! The discontinuity map of DGS and how pixels are drawn from it.
+
+use rayon::prelude::*;
+
+use super::Refinable;
+use super::members::usable;
+use super::pairs::{Spread, spreads};
+use super::pick::{STREAM_FILL, STREAM_MAP, keep_random};
+use crate::cache::{NO_POINT, RecordSearch, SearchRule, ShadingPoints};
+use crate::sample::Rng;
+
+/// Half the width of the window of the geometry term.
+const RADIUS: usize = 2;
+/// Draws of taken pixels in a row after which the tables are built anew.
+const PATIENCE: usize = 20;
+
+/// Which terms make the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Recipe {
+    pub difference: bool,
+    pub geometry: bool,
+    /// K.
+    pub records: usize,
+    /// Differences above this share of the pixels are cut off; 1 leaves them.
+    pub clamp_quantile: f64,
+}
+
+/// One value for each shading point, and how many pairs of records were compared.
+pub(super) fn measure(input: &Refinable, recipe: Recipe) -> (Vec<f32>, usize) {
+    let points = input.points;
+    let mut map = vec![0.0f32; points.len()];
+    let mut pairs = 0;
+    if recipe.difference {
+        let (spreads, compared) = differences(input, recipe.records);
+        pairs = compared;
+        for term in [|s: &Spread| s.mean, |s: &Spread| s.largest] {
+            let values: Vec<f32> = spreads.par_iter().map(term).collect();
+            add_normalised(&mut map, values, recipe.clamp_quantile);
+        }
+    }
+    if recipe.geometry {
+        let values = (0..points.len()).into_par_iter();
+        let values = values.map(|i| geometry(points, i)).collect();
+        add_normalised(&mut map, values, 1.0);
+    }
+    for &site in input.sites {
+        map[site as usize] = 0.0;
+    }
+    (map, pairs)
+}
+
+/// Spread of the differences between each point's K nearest records, ranked as in rendering.
+fn differences(input: &Refinable, records: usize) -> (Vec<Spread>, usize) {
+    let points = input.points;
+    let own;
+    let search = if input.search.rule().used == records {
+        input.search
+    } else {
+        let rule = SearchRule {
+            candidates: input.search.rule().candidates.max(records),
+            used: records,
+            ..*input.search.rule()
+        };
+        let (positions, normals) = input.records();
+        own = RecordSearch::new(&positions, &normals, rule);
+        &own
+    };
+    // A fixed number of records for each pixel, flat and without a vector for each.
+    let stride = records;
+    let mut nearest = vec![u32::MAX; points.len() * stride];
+    search.fill_records(&points.position, &points.normal, (&mut nearest, stride));
+    spreads(input, &nearest, stride)
+}
+
+/// G (eq. 3): how much normals differ in the 5 × 5 pixels around a point; background counts 0.
+fn geometry(points: &ShadingPoints, point: usize) -> f32 {
+    let pixel = points.pixel[point] as usize;
+    let (x, y) = (pixel % points.width, pixel / points.width);
+    let normal = points.normal[point];
+    let mut sum = 0.0;
+    for row in y.saturating_sub(RADIUS)..(y + RADIUS + 1).min(points.height) {
+        for column in x.saturating_sub(RADIUS)..(x + RADIUS + 1).min(points.width) {
+            let other = points.point_of_pixel[row * points.width + column];
+            if other != NO_POINT {
+                sum += (1.0 - normal.dot(points.normal[other as usize])).max(0.0);
+            }
+        }
+    }
+    sum
+}
+
+/// Divides by the largest finite value, cut off at a quantile, and adds. What is not finite adds
+/// nothing.
+fn add_normalised(map: &mut [f32], mut values: Vec<f32>, clamp_quantile: f64) {
+    values
+        .par_iter_mut()
+        .filter(|v| !v.is_finite())
+        .for_each(|v| *v = 0.0);
+    let mut largest = values.par_iter().copied().reduce(|| 0.0, f32::max);
+    if clamp_quantile < 1.0 && !values.is_empty() {
+        let mut sorted = values.clone();
+        let at = (clamp_quantile * (sorted.len() - 1) as f64) as usize;
+        largest = *sorted.select_nth_unstable_by(at, f32::total_cmp).1;
+    }
+    if largest > 0.0 {
+        map.par_iter_mut().zip(values).for_each(|(sum, value)| {
+            *sum += (value / largest).min(1.0);
+        });
+    }
+}
+
+/// Draws up to `count` distinct points that are no sites, by importance, then uniformly if points
+/// with a positive value are too few. Returns how many were drawn by importance.
+pub(super) fn draw(
+    input: &Refinable,
+    mut map: Vec<f32>,
+    (count, seed): (usize, u64),
+) -> (Vec<u32>, usize) {
+    let points = input.points;
+    let mut free = vec![false; points.len()];
+    usable(points).iter().for_each(|&i| free[i as usize] = true);
+    input.sites.iter().for_each(|&i| free[i as usize] = false);
+    let values = map.iter_mut().zip(&free);
+    values.for_each(|(value, &free)| *value = if free { *value } else { 0.0 });
+    let positive = map.par_iter().filter(|&&v| v > 0.0).count();
+    let mut drawn = Vec::with_capacity(count);
+    if positive <= count {
+        drawn.extend((0..points.len() as u32).filter(|&i| map[i as usize] > 0.0));
+    } else {
+        let mut rng = Rng::new(seed, STREAM_MAP, 0, 0);
+        while drawn.len() < count {
+            let tables = Tables::new(points, &map);
+            draw_until_tired(&tables, &mut map, (&mut rng, &mut drawn, count));
+        }
+    }
+    let by_importance = drawn.len();
+    drawn.iter().for_each(|&i| free[i as usize] = false);
+    if by_importance < count {
+        let mut rest: Vec<u32> = (0..points.len() as u32)
+            .filter(|&i| free[i as usize])
+            .collect();
+        let mut rng = Rng::new(seed, STREAM_FILL, 1, 0);
+        keep_random(&mut rest, count - by_importance, &mut rng);
+        drawn.extend(rest);
+    }
+    (drawn, by_importance)
+}
+
+/// Draws distinct pixels and zeroes their values, until there are enough or too many draws in a
+/// row fall on taken ones.
+fn draw_until_tired(
+    tables: &Tables,
+    map: &mut [f32],
+    (rng, drawn, count): (&mut Rng, &mut Vec<u32>, usize),
+) {
+    let mut rejected = 0;
+    while drawn.len() < count && rejected < PATIENCE {
+        let point = tables.sample(rng.next_f64(), rng.next_f64()) as usize;
+        if map[point] > 0.0 {
+            map[point] = 0.0;
+            drawn.push(point as u32);
+            rejected = 0;
+        } else {
+            rejected += 1;
+        }
+    }
+}
+
+/// Cumulative sums over the points of each row, and over the rows.
+struct Tables {
+    /// Sum over the row's points up to and including each point.
+    within_row: Vec<f64>,
+    /// Sum up to and including each row.
+    rows: Vec<f64>,
+    /// First point of each row, and the number of points.
+    starts: Vec<usize>,
+}
+
+impl Tables {
+    fn new(points: &ShadingPoints, map: &[f32]) -> Self {
+        let row_of = |point: usize| points.pixel[point] as usize / points.width.max(1);
+        let mut starts = vec![points.len(); points.height + 1];
+        for point in (0..points.len()).rev() {
+            starts[row_of(point)] = point;
+        }
+        for row in (0..points.height).rev() {
+            starts[row] = starts[row].min(starts[row + 1]);
+        }
+        let mut within_row: Vec<f64> = map.iter().map(|&v| f64::from(v)).collect();
+        let mut rows = Vec::with_capacity(points.height);
+        let mut total = 0.0;
+        for row in starts.windows(2) {
+            let mut sum = 0.0;
+            for value in &mut within_row[row[0]..row[1]] {
+                sum += *value;
+                *value = sum;
+            }
+            total += sum;
+            rows.push(total);
+        }
+        Self {
+            within_row,
+            rows,
+            starts,
+        }
+    }
+
+    /// The point for two numbers in [0, 1): the row by its marginal, then the point in the row.
+    /// Rows and points without value are never returned unless all are.
+    fn sample(&self, u: f64, v: f64) -> u32 {
+        let row = invert(&self.rows, u);
+        let (start, end) = (self.starts[row], self.starts[row + 1]);
+        (start + invert(&self.within_row[start..end], v)) as u32
+    }
+}
+
+/// The first index whose cumulative sum is above u times the total; the first that reaches the
+/// total if rounding leaves none.
+fn invert(sums: &[f64], u: f64) -> usize {
+    let total = sums.last().copied().unwrap_or(0.0);
+    let index = sums.partition_point(|&s| s <= u * total);
+    index.min(sums.partition_point(|&s| s < total))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inversion_skips_empty_bins_and_never_leaves_the_table() {
+        let sums = [0.0, 1.0, 1.0, 3.0, 3.0];
+        assert_eq!(invert(&sums, 0.0), 1);
+        assert_eq!(invert(&sums, 0.333), 1);
+        assert_eq!(invert(&sums, 0.334), 3);
+        assert_eq!(invert(&sums, 1.0 - f64::EPSILON), 3);
+        assert_eq!(invert(&sums, 1.0), 3);
+        assert_eq!(invert(&[0.0, 0.0], 0.5), 0);
+    }
+
+    #[test]
+    fn normalising_divides_by_the_largest_finite_value() {
+        let mut map = vec![1.0, 0.0, 0.0, 0.0];
+        add_normalised(&mut map, vec![2.0, 4.0, f32::NAN, f32::INFINITY], 1.0);
+        assert_eq!(map, [1.5, 1.0, 0.0, 0.0]);
+        add_normalised(&mut map, vec![0.0; 4], 1.0);
+        assert_eq!(map, [1.5, 1.0, 0.0, 0.0]);
+        let mut clamped = vec![0.0; 5];
+        add_normalised(&mut clamped, vec![1.0, 2.0, 3.0, 4.0, 1e6], 0.75);
+        assert_eq!(clamped, [0.25, 0.5, 0.75, 1.0, 1.0]);
+    }
+}

@@ -1,0 +1,228 @@
+//! SD: spatial-directional clustering, a 6-D hierarchy of positions and scaled normals.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::hierarchy::{Hierarchy, Split};
+use super::members::{Bounds, COORDINATES, Member, pack};
+use super::pick::{adjust, choice};
+use super::representative::{Average, nearest_to_average, random_member};
+use super::{FirstStage, Placement};
+use crate::cache::{DistanceMetric, ShadingPoints};
+use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
+
+/// The settings that `min_cluster_size = "best"` tries.
+const SIZES: [usize; 6] = [1, 5, 10, 20, 50, 100];
+/// What is used when "best" is placed without a search by error.
+const USUAL_SIZE: usize = 10;
+
+/// The smallest cluster that may still be split, exclusive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub enum MinClusterSize {
+    Size(usize),
+    Word(Best),
+}
+
+/// Chosen per scene by error, as the paper did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Best {
+    Best,
+}
+
+/// Which member becomes the record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Representative {
+    #[default]
+    Random,
+    NearestAverage,
+}
+
+/// What normals are multiplied with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NormalScale {
+    /// Mean side of the points' bounding box / 8.
+    #[default]
+    MeanSide,
+    /// Diagonal of the points' bounding box / 8.
+    Diagonal,
+}
+
+/// LightSlice's clustering with a threshold on the widest 6-D extent.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SpatialDirectional {
+    pub min_cluster_size: MinClusterSize,
+    pub representative: Representative,
+    pub normal_scale: NormalScale,
+}
+
+impl Default for SpatialDirectional {
+    fn default() -> Self {
+        Self {
+            min_cluster_size: MinClusterSize::Word(Best::Best),
+            representative: Representative::default(),
+            normal_scale: NormalScale::default(),
+        }
+    }
+}
+
+/// Registry entry.
+pub const ENTRY: FirstStageEntry = FirstStageEntry {
+    about: About {
+        id: "SD",
+        aliases: &["spatial-directional"],
+        summary: "6-D clusters of positions and scaled normals, a random member of each",
+        source: "Ou & Pellacini 2011 (LightSlice), section 4 and the authors' code; threshold and \
+                 minimum size as in Wu & Shen 2023, section 1",
+        bias: Bias::Consistent,
+        failures: &[
+            "One threshold rules positions and normals: a half turn counts as a quarter of the \
+             scene's mean extent whatever the scene's size.",
+            "A small minimum cluster size spends records on distant surfaces, a large one blurs \
+             distant details.",
+            "A minimum size above half the points per record cannot reach the budget; the rest is \
+             drawn uniformly at random.",
+        ],
+        parameters: &[
+            Parameter {
+                key: "min_cluster_size",
+                default: "best",
+                unit: "points",
+                meaning: "clusters of this many points or fewer are not split: 1 to 100000, or \
+                          best: the best of 1, 5, 10, 20, 50, 100 by error",
+            },
+            Parameter {
+                key: "representative",
+                default: "random",
+                unit: "",
+                meaning: "random member, or nearest-average (the rule of vgc)",
+            },
+            Parameter {
+                key: "normal_scale",
+                default: "mean-side",
+                unit: "",
+                meaning: "an eighth of the mean-side or of the diagonal of the points' box",
+            },
+        ],
+    },
+    build,
+};
+
+fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
+    let expected = "a whole number from 1 to 100000, or \"best\"";
+    super::check(table, "min_cluster_size", expected, |value| {
+        value.as_str() == Some("best") || matches!(value.as_integer(), Some(1..=100_000))
+    })?;
+    Ok(Box::new(parameters::<SpatialDirectional>(table)?))
+}
+
+impl FirstStage for SpatialDirectional {
+    /// The tree is grown once; the threshold is the size of the (count − 1)-th largest split, so
+    /// that there are exactly `count` clusters. Where the minimum size or coincident points leave
+    /// fewer, the rest is drawn uniformly from the other points.
+    fn place(&self, points: &ShadingPoints, count: usize, seed: u64) -> Placement {
+        let usable = match choice(points, count) {
+            Ok(usable) => usable,
+            Err(all) => return all,
+        };
+        let (least, mut notes) = self.least_members();
+        let scale = self.scale(points, &usable);
+        let mut tree = Hierarchy::new(pack(points, &usable, scale), measure, least);
+        tree.grow_to(count);
+        let splits = tree.largest_first(count - 1);
+        let threshold = splits
+            .last()
+            .map_or(f32::NAN, |&i| tree.nodes[i as usize].size);
+        let mut opened = vec![false; tree.nodes.len()];
+        splits.iter().for_each(|&i| opened[i as usize] = true);
+        let clusters = tree.cut(|i| opened[i as usize]);
+        let average = Average {
+            metric: DistanceMetric::literal(points.diagonal, points.metres_per_unit),
+            jitter: 0.1,
+            normal_scale: scale,
+        };
+        let member = |&i: &u32| {
+            let members = &tree.members[tree.nodes[i as usize].range()];
+            match self.representative {
+                Representative::Random => random_member(members, seed),
+                Representative::NearestAverage => nearest_to_average(members, average, seed),
+            }
+        };
+        let mut sites: Vec<u32> = clusters.par_iter().map(member).collect();
+        if sites.len() < count {
+            notes.push(format!(
+                "clusters of more than {least} distinct points ran out at {}; the other {} records \
+                 are uniformly random",
+                sites.len(),
+                count - sites.len()
+            ));
+        }
+        let clusters = sites.len();
+        adjust(&mut sites, &usable, count, seed);
+        let found = vec![
+            ("threshold", f64::from(threshold)),
+            ("clusters", clusters as f64),
+            ("min_cluster_size", least as f64),
+        ];
+        Placement {
+            sites,
+            found,
+            notes,
+            map: None,
+        }
+    }
+
+    fn candidates(&self) -> Vec<Box<dyn FirstStage>> {
+        if self.min_cluster_size != MinClusterSize::Word(Best::Best) {
+            return Vec::new();
+        }
+        let with = |size| -> Box<dyn FirstStage> {
+            Box::new(Self {
+                min_cluster_size: MinClusterSize::Size(size),
+                ..*self
+            })
+        };
+        SIZES.into_iter().map(with).collect()
+    }
+}
+
+impl SpatialDirectional {
+    fn least_members(&self) -> (usize, Vec<String>) {
+        match self.min_cluster_size {
+            MinClusterSize::Size(size) => (size, Vec::new()),
+            MinClusterSize::Word(Best::Best) => {
+                let note = format!("min_cluster_size = best was not searched: {USUAL_SIZE} used");
+                (USUAL_SIZE, vec![note])
+            }
+        }
+    }
+
+    fn scale(&self, points: &ShadingPoints, usable: &[u32]) -> f32 {
+        let positions = usable.iter().map(|&i| points.position[i as usize]);
+        let (low, high) = positions.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        let side = (high - low).as_dvec3();
+        let size = match self.normal_scale {
+            NormalScale::MeanSide => side.element_sum() / 3.0,
+            NormalScale::Diagonal => side.length(),
+        };
+        (size / 8.0) as f32
+    }
+}
+
+/// The widest of the six extents and a plane through its middle.
+fn measure(members: &[Member]) -> Split {
+    let bounds = Bounds::around(members);
+    let axis = bounds.widest(&COORDINATES);
+    Split {
+        size: bounds.extent(axis),
+        axis,
+        plane: Some(bounds.middle(axis)),
+    }
+}

@@ -1,0 +1,347 @@
+//! VGC: view-guided clustering.
+
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::cones::{Cones, Thresholds};
+use super::cut::Cut;
+use super::hierarchy::{Hierarchy, Split};
+use super::members::{Bounds, Member, POSITION, pack};
+use super::pick::{adjust, choice};
+use super::representative::{Average, nearest_to_average};
+use super::{FirstStage, Placement};
+use crate::cache::{DistanceMetric, ShadingPoints};
+use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
+
+/// The suggested σ_a, degrees, for record counts at 1920 × 1080.
+const SUGGESTED: [(f64, f64); 4] = [(40e3, 25.0), (50e3, 22.0), (80e3, 18.0), (120e3, 15.0)];
+/// σ_a grows by this factor until the budget is feasible.
+const RAISE: f32 = 1.25;
+
+/// σ_a by number or by the suggested rule.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum Angle {
+    Degrees(f64),
+    Word(Auto),
+}
+
+/// The suggested rule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Auto {
+    Auto,
+}
+
+/// Where clusters are split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Plane {
+    #[default]
+    Midpoint,
+    Median,
+}
+
+/// Clusters that are bounded in space and in direction, by thresholds that grow with depth.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ViewGuided {
+    pub angle_deg: Angle,
+    pub gamma: f64,
+    pub literal_sign: bool,
+    pub split: Plane,
+    pub lambda_kappa: Option<f64>,
+    pub jitter: f64,
+}
+
+impl Default for ViewGuided {
+    fn default() -> Self {
+        Self {
+            angle_deg: Angle::Word(Auto::Auto),
+            gamma: 0.2,
+            literal_sign: false,
+            split: Plane::Midpoint,
+            lambda_kappa: None,
+            jitter: 0.1,
+        }
+    }
+}
+
+/// Registry entry.
+pub const ENTRY: FirstStageEntry = FirstStageEntry {
+    about: About {
+        id: "VGC",
+        aliases: &["view-guided", "view-guided-clustering"],
+        summary: "clusters by position, then by normal, with thresholds that grow with depth",
+        source: "Wu & Shen 2023, section 3.1, eq. 1 and 2. Readings: the sign of (α − 1), \
+                 lengths in metres, normal cones instead of (θ, φ) boxes, mean depth of a node, \
+                 midpoint splits",
+        bias: Bias::Consistent,
+        failures: &[
+            "Knows nothing of shading: shadow edges on flat ground get no records of their own.",
+            "Open scenes with a large depth range want about twice the suggested angle.",
+            "A scene with a wrong metres_per_unit gets wrong thresholds and about half more error.",
+        ],
+        parameters: &[
+            Parameter {
+                key: "angle_deg",
+                default: "auto",
+                unit: "°",
+                meaning: "σ_a, above 0 and up to 180, or auto: 25 up to 40K records, 22 at 50K, \
+                          18 at 80K, 15 from 120K, linear between, with the count scaled to \
+                          1920 × 1080 pixels",
+            },
+            Parameter {
+                key: "gamma",
+                default: "0.2",
+                unit: "1/m",
+                meaning: "Γ: growth of the thresholds with the depth range, 0 or more",
+            },
+            Parameter {
+                key: "literal_sign",
+                default: "false",
+                unit: "",
+                meaning: "eq. 1 as printed, with (1 − α): thresholds shrink with depth",
+            },
+            Parameter {
+                key: "split",
+                default: "midpoint",
+                unit: "",
+                meaning: "midpoint of the tight box, or median",
+            },
+            Parameter {
+                key: "lambda_kappa",
+                default: "literal",
+                unit: "",
+                meaning: "κ of λ = 0.5·L·κ in eq. 2, 0 or more; without it λ = 0.5 / L in metres",
+            },
+            Parameter {
+                key: "jitter",
+                default: "0.1",
+                unit: "box sides",
+                meaning: "largest move of a cluster's average position, 0 to 1",
+            },
+        ],
+    },
+    build,
+};
+
+fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
+    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
+    let angle_fits = |v: &toml::Value| {
+        v.as_str() == Some("auto") || number(v).is_some_and(|d| d > 0.0 && d <= 180.0)
+    };
+    let within =
+        |most: f64| move |v: &toml::Value| number(v).is_some_and(|n| (0.0..=most).contains(&n));
+    super::check(
+        table,
+        "angle_deg",
+        "a number above 0 and up to 180, or \"auto\"",
+        angle_fits,
+    )?;
+    super::check(table, "gamma", "a number from 0 to 1000", within(1000.0))?;
+    super::check(
+        table,
+        "lambda_kappa",
+        "a number from 0 to 1000",
+        within(1000.0),
+    )?;
+    super::check(table, "jitter", "a number from 0 to 1", within(1.0))?;
+    Ok(Box::new(parameters::<ViewGuided>(table)?))
+}
+
+impl FirstStage for ViewGuided {
+    /// One hierarchy is grown; σ_s is searched over its splits with memoised angular counts, down to
+    /// the smallest with at most `count` clusters. Missing ones come from splitting the
+    /// clusters with the most members. If one spatial cluster already gives too many, σ_a is
+    /// raised by factors of 1.25 and a note says so; at 180° surplus records leave at random.
+    fn place(&self, points: &ShadingPoints, count: usize, seed: u64) -> Placement {
+        let usable = match choice(points, count) {
+            Ok(usable) => usable,
+            Err(all) => return all,
+        };
+        let growth = self.growth(points, &usable);
+        let measure = |members: &[Member]| self.measure(members, &growth);
+        let mut tree = Hierarchy::new(pack(points, &usable, 1.0), measure, 1);
+        tree.grow_to(count);
+        let asked = self.asked_angle_deg(points, count);
+        let mut thresholds = Thresholds {
+            growth,
+            angle_rad: asked.to_radians(),
+        };
+        let mut cut = Cut::find(&tree, Cones::new(thresholds), count);
+        while cut.clusters > count && thresholds.angle_rad < std::f32::consts::PI {
+            thresholds.angle_rad = (thresholds.angle_rad * RAISE).min(std::f32::consts::PI);
+            cut = Cut::find(&tree, Cones::new(thresholds), count);
+        }
+        let angle_deg = thresholds.angle_rad.to_degrees();
+        let mut notes = Vec::new();
+        if thresholds.angle_rad > asked.to_radians() {
+            notes.push(format!(
+                "σ_a = {asked:.1}° gives more than {count} clusters at any σ_s: raised to \
+                 {angle_deg:.1}°"
+            ));
+        }
+        let found = vec![
+            ("sigma_a_deg", f64::from(angle_deg)),
+            ("sigma_s", f64::from(cut.size)),
+            ("alpha", f64::from(growth.alpha)),
+            ("spatial_clusters", cut.nodes.len() as f64),
+            ("clusters", cut.clusters as f64),
+        ];
+        let mut clusters = cut.clusters_of(&mut tree, &Cones::new(thresholds));
+        super::cut::split_largest(&mut tree.members, &mut clusters, count);
+        let rule = Average {
+            metric: self.metric(points),
+            jitter: self.jitter as f32,
+            normal_scale: 1.0,
+        };
+        let mut sites: Vec<u32> = clusters
+            .into_par_iter()
+            .map(|range| nearest_to_average(&tree.members[range], rule, seed))
+            .collect();
+        if adjust(&mut sites, &usable, count, seed) < 0 {
+            notes.push("even one spatial cluster splits too often: records left at random".into());
+        }
+        Placement {
+            sites,
+            found,
+            notes,
+            map: None,
+        }
+    }
+}
+
+/// How thresholds grow with depth (eq. 1).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growth {
+    nearest: f32,
+    range: f32,
+    pub alpha: f32,
+    literal_sign: bool,
+}
+
+impl Growth {
+    /// `metres` converts the depth range to metres.
+    pub fn new((nearest, farthest): (f32, f32), gamma: f32, metres: f32) -> Self {
+        let range = (farthest - nearest).max(0.0);
+        Self {
+            nearest,
+            range,
+            alpha: 1.0 + gamma * range * metres,
+            literal_sign: false,
+        }
+    }
+
+    /// σ′/σ at a depth: from 1 at the nearest to α at the farthest point. With the printed sign it
+    /// falls to 2 − α, cut off at 1e-6.
+    pub fn factor(&self, depth: f32) -> f32 {
+        let relative = if self.range > 0.0 {
+            ((depth - self.nearest) / self.range).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let change = (self.alpha - 1.0) * relative * relative;
+        let factor = if self.literal_sign {
+            1.0 - change
+        } else {
+            1.0 + change
+        };
+        factor.max(1e-6)
+    }
+}
+
+impl ViewGuided {
+    fn growth(&self, points: &ShadingPoints, usable: &[u32]) -> Growth {
+        let depths = usable.iter().map(|&i| points.depth[i as usize]);
+        let range = depths.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), d| {
+            (low.min(d), high.max(d))
+        });
+        Growth {
+            literal_sign: self.literal_sign,
+            ..Growth::new(range, self.gamma as f32, points.metres_per_unit)
+        }
+    }
+
+    /// The longest side of the members' box over the growth of σ_s at their mean depth.
+    fn measure(&self, members: &[Member], growth: &Growth) -> Split {
+        let (bounds, mean_depth) = Bounds::of_positions(members);
+        let axis = bounds.widest(&POSITION);
+        Split {
+            size: bounds.extent(axis) / growth.factor(mean_depth),
+            axis,
+            plane: (self.split == Plane::Midpoint).then(|| bounds.middle(axis)),
+        }
+    }
+
+    /// *differs:* the paper sets the angle by the total budget; a placement knows only its own
+    /// share of it.
+    fn asked_angle_deg(&self, points: &ShadingPoints, count: usize) -> f32 {
+        match self.angle_deg {
+            Angle::Degrees(degrees) => degrees as f32,
+            Angle::Word(Auto::Auto) => {
+                let pixels = (points.width * points.height).max(points.len());
+                let full = 1920.0 * 1080.0;
+                suggested_angle_deg(count as f64 * full / pixels as f64) as f32
+            }
+        }
+    }
+
+    fn metric(&self, points: &ShadingPoints) -> DistanceMetric {
+        match self.lambda_kappa {
+            Some(kappa) => DistanceMetric::scaled(kappa as f32, points.diagonal),
+            None => DistanceMetric::literal(points.diagonal, points.metres_per_unit),
+        }
+    }
+}
+
+/// The paper's σ_a for a number of records at 1920 × 1080, linear between its values.
+fn suggested_angle_deg(count: f64) -> f64 {
+    if count <= SUGGESTED[0].0 {
+        return SUGGESTED[0].1;
+    }
+    for pair in SUGGESTED.windows(2) {
+        let ((low, from), (high, to)) = (pair[0], pair[1]);
+        if count <= high {
+            return from + (to - from) * (count - low) / (high - low);
+        }
+    }
+    SUGGESTED[3].1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_grow_to_alpha_at_the_farthest_depth() {
+        let growth = Growth::new((200.0, 1700.0), 0.2, 0.01);
+        assert!((growth.alpha - 4.0).abs() < 1e-6);
+        assert_eq!(growth.factor(200.0), 1.0);
+        assert!((growth.factor(1700.0) - growth.alpha).abs() < 1e-6);
+        assert!((growth.factor(950.0) - 1.75).abs() < 1e-6);
+        let literal = Growth {
+            literal_sign: true,
+            ..Growth::new((0.0, 2.0), 0.2, 1.0)
+        };
+        assert!((literal.factor(2.0) - 0.6).abs() < 1e-6, "2 − α");
+        let flat = Growth::new((3.0, 3.0), 0.2, 1.0);
+        assert_eq!((flat.alpha, flat.factor(3.0)), (1.0, 1.0));
+    }
+
+    #[test]
+    fn the_suggested_angle_passes_through_the_papers_values() {
+        for (count, degrees) in [
+            (1e3, 25.0),
+            (25e3, 25.0),
+            (40e3, 25.0),
+            (50e3, 22.0),
+            (80e3, 18.0),
+            (120e3, 15.0),
+            (1e6, 15.0),
+        ] {
+            assert_eq!(suggested_angle_deg(count), degrees, "{count}");
+        }
+        assert!((suggested_angle_deg(100e3) - 16.5).abs() < 1e-9);
+    }
+}

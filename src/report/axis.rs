@@ -1,0 +1,179 @@
+//! An axis of a plot: linear, or logarithmic where the data spans more than a factor of ten.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
+/// A range of values and its ticks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    low: f64,
+    high: f64,
+    logarithmic: bool,
+    ticks: Vec<f64>,
+}
+
+impl Axis {
+    /// An axis that shows all finite values with a margin. Logarithmic when all are positive and the
+    /// largest is more than ten times the smallest; otherwise linear, and from zero if `from_zero`.
+    pub fn over(values: impl Iterator<Item = f64>, from_zero: bool) -> Self {
+        let (low, high) = values
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (v.min(l), v.max(h))
+            });
+        if low > high {
+            return Self::linear(0.0, 1.0);
+        }
+        if low > 0.0 && high > 10.0 * low {
+            let margin = (high / low).powf(0.06);
+            return Self::logarithmic(low / margin, high * margin);
+        }
+        let low = if from_zero && low > 0.0 { 0.0 } else { low };
+        let span = if high > low {
+            high - low
+        } else {
+            high.abs().max(1.0)
+        };
+        let below = if from_zero && low == 0.0 {
+            0.0
+        } else {
+            0.06 * span
+        };
+        Self::linear(low - below, high + 0.06 * span)
+    }
+
+    fn linear(low: f64, high: f64) -> Self {
+        let rough = (high - low) / 5.0;
+        let power = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .map(|m| m * power)
+            .into_iter()
+            .find(|s| *s >= rough);
+        let step = step.unwrap_or(10.0 * power);
+        let first = (low / step).ceil();
+        let ticks = (0..12)
+            .map(|i| (first + f64::from(i)) * step)
+            .take_while(|t| *t <= high);
+        Self {
+            low,
+            high,
+            logarithmic: false,
+            ticks: ticks.collect(),
+        }
+    }
+
+    fn logarithmic(low: f64, high: f64) -> Self {
+        let decades = (high / low).log10();
+        let factors: &[f64] = match decades {
+            d if d < 2.2 => &[1.0, 2.0, 5.0],
+            _ => &[1.0],
+        };
+        let stride = (decades / 6.0).ceil().max(1.0) as usize;
+        let powers = (low.log10().floor() as i32..=high.log10().ceil() as i32).step_by(stride);
+        let all = powers.flat_map(|p| factors.iter().map(move |f| f * 10f64.powi(p)));
+        Self {
+            low,
+            high,
+            logarithmic: true,
+            ticks: all.filter(|t| (low..=high).contains(t)).collect(),
+        }
+    }
+
+    /// The lowest value that is shown.
+    pub fn low(&self) -> f64 {
+        self.low
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let (low, high, value) = match self.logarithmic {
+            true => (
+                self.low.ln(),
+                self.high.ln(),
+                value.max(f64::MIN_POSITIVE).ln(),
+            ),
+            false => (self.low, self.high, *value),
+        };
+        let share = ((value - low) / (high - low)).clamp(-0.5, 1.5);
+        limit.0 + (f64::from(limit.1 - limit.0) * share).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format_ext(&self, value: &f64) -> String {
+        short(*value)
+    }
+}
+
+/// A tick in few characters: `0.05`, `20k`, `1.5M`, `1e-7`.
+fn short(value: f64) -> String {
+    let plain = |v: f64| {
+        let text = format!("{v:.4}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    };
+    match value.abs() {
+        0.0 => "0".into(),
+        v if v < 1e-3 => format!("{value:.0e}"),
+        v if v < 1e4 => plain(value),
+        v if v < 1e6 => format!("{}k", plain(value / 1e3)),
+        v if v < 1e9 => format!("{}M", plain(value / 1e6)),
+        v if v < 1e12 => format!("{}G", plain(value / 1e9)),
+        _ => format!("{value:.0e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_spans_are_logarithmic() {
+        let axis = Axis::over([10_000.0, 200_000.0].into_iter(), true);
+        assert!(axis.logarithmic);
+        assert_eq!(
+            axis.ticks,
+            [10_000.0, 20_000.0, 50_000.0, 100_000.0, 200_000.0]
+        );
+        assert!(!Axis::over([0.0, 200.0].into_iter(), true).logarithmic);
+        assert_eq!(axis.map(&axis.low, (0, 100)), 0);
+        assert_eq!(axis.map(&axis.high, (0, 100)), 100);
+        assert!(Axis::over([1e-9, 1e9].into_iter(), true).ticks.len() < 12);
+    }
+
+    #[test]
+    fn degenerate_data_still_has_an_axis() {
+        for values in [
+            vec![],
+            vec![0.0],
+            vec![5.0; 3],
+            vec![f64::NAN],
+            vec![-1.0, 1.0],
+            vec![1e-300],
+        ] {
+            let axis = Axis::over(values.iter().copied(), true);
+            assert!(
+                axis.high > axis.low && axis.ticks.len() > 1,
+                "{values:?} {axis:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let texts = [0.0, 0.05, 2.5, 20_000.0, 1.5e6, 2e-7].map(short);
+        assert_eq!(texts, ["0", "0.05", "2.5", "20k", "1.5M", "2e-7"]);
+    }
+}

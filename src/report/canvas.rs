@@ -1,0 +1,195 @@
+//! Drawing on sRGB-coded images.
+
+use crate::image::{Image, Palette, Plane, to_display};
+
+/// A rectangle in pixels; parts outside an image are not drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Rect {
+    pub x: usize,
+    pub y: usize,
+    pub width: usize,
+    pub height: usize,
+}
+
+/// A white image.
+pub fn white(width: usize, height: usize) -> Image {
+    Image {
+        width,
+        height,
+        pixels: vec![[1.0; 3]; width * height],
+    }
+}
+
+/// Mixes a colour into a pixel; outside the image nothing happens.
+pub fn blend(canvas: &mut Image, (x, y): (i64, i64), color: [f32; 3], cover: f32) {
+    let (width, height) = (canvas.width as i64, canvas.height as i64);
+    if x < 0 || y < 0 || x >= width || y >= height {
+        return;
+    }
+    let pixel = &mut canvas.pixels[(y * width + x) as usize];
+    let cover = cover.clamp(0.0, 1.0);
+    for c in 0..3 {
+        pixel[c] += (color[c] - pixel[c]) * cover;
+    }
+}
+
+/// Copies an image with its top left pixel at `corner`.
+pub fn blit(canvas: &mut Image, image: &Image, corner: (usize, usize)) {
+    for y in 0..image.height {
+        for x in 0..image.width {
+            let at = ((corner.0 + x) as i64, (corner.1 + y) as i64);
+            blend(canvas, at, image.at(x, y), 1.0);
+        }
+    }
+}
+
+/// Fills a rectangle.
+pub fn fill(canvas: &mut Image, rect: Rect, color: [f32; 3]) {
+    for y in rect.y..rect.y + rect.height {
+        for x in rect.x..rect.x + rect.width {
+            blend(canvas, (x as i64, y as i64), color, 1.0);
+        }
+    }
+}
+
+/// Draws the border of a rectangle, `thickness` pixels inwards.
+pub fn frame(canvas: &mut Image, rect: Rect, thickness: usize, color: [f32; 3]) {
+    let t = thickness.min(rect.width).min(rect.height);
+    let bottom = rect.y + rect.height - t;
+    let right = rect.x + rect.width - t;
+    for (x, y, width, height) in [
+        (rect.x, rect.y, rect.width, t),
+        (rect.x, bottom, rect.width, t),
+        (rect.x, rect.y, t, rect.height),
+        (right, rect.y, t, rect.height),
+    ] {
+        fill(
+            canvas,
+            Rect {
+                x,
+                y,
+                width,
+                height,
+            },
+            color,
+        );
+    }
+}
+
+/// Draws a disc with soft edges; `center` and `radius` in pixels.
+pub fn disc(canvas: &mut Image, center: (f32, f32), radius: f32, color: [f32; 3]) {
+    let reach = radius.ceil() as i64 + 1;
+    let (cx, cy) = (center.0.floor() as i64, center.1.floor() as i64);
+    for y in cy - reach..=cy + reach {
+        for x in cx - reach..=cx + reach {
+            let distance = (x as f32 + 0.5 - center.0).hypot(y as f32 + 0.5 - center.1);
+            blend(canvas, (x, y), color, radius + 0.5 - distance);
+        }
+    }
+}
+
+/// The largest size of the same aspect that fits `most`; enlarged by whole factors only. Never
+/// smaller than one pixel.
+pub fn fitted_size(size: (usize, usize), most: (usize, usize)) -> (usize, usize) {
+    let (width, height) = (size.0.max(1), size.1.max(1));
+    let factor = (most.0 / width).min(most.1 / height);
+    if factor >= 1 {
+        return (width * factor, height * factor);
+    }
+    let scale = (most.0 as f64 / width as f64).min(most.1 as f64 / height as f64);
+    let side = |n: usize| ((n as f64 * scale).round() as usize).max(1);
+    (side(width), side(height))
+}
+
+/// The image at another size: nearest pixels when it grows, means of pixels when it shrinks.
+pub fn scaled(image: &Image, (width, height): (usize, usize)) -> Image {
+    if image.pixels.is_empty() || width >= image.width && height >= image.height {
+        return image.resize_nearest(width, height);
+    }
+    let mut out = Image::new(width, height);
+    let span = |i: usize, from: usize, to: usize| {
+        let first = i * from / to;
+        first..((i + 1) * from).div_ceil(to).max(first + 1).min(from)
+    };
+    for y in 0..height {
+        for x in 0..width {
+            let mut sum = [0.0_f64; 3];
+            let mut count = 0.0;
+            for sy in span(y, image.height, height) {
+                for sx in span(x, image.width, width) {
+                    let pixel = image.at(sx, sy);
+                    (0..3).for_each(|c| sum[c] += f64::from(pixel[c]));
+                    count += 1.0;
+                }
+            }
+            out.pixels[y * width + x] = sum.map(|s| (s / count) as f32);
+        }
+    }
+    out
+}
+
+/// A linear image at another size, ready for display.
+pub fn shown(linear: &Image, exposure: f32, size: (usize, usize)) -> Image {
+    to_display(&scaled(linear, size), exposure)
+}
+
+/// A plane at another size in false colours, `high` the brightest.
+pub fn painted(plane: &Plane, high: f32, size: (usize, usize)) -> Image {
+    let image = Image {
+        width: plane.width,
+        height: plane.height,
+        pixels: plane.values.iter().map(|&v| [v; 3]).collect(),
+    };
+    let scale = if high > 0.0 { 1.0 / high } else { 0.0 };
+    scaled(&image, size).map(|p| Palette::Magma.color(p[0] * scale))
+}
+
+/// A colour bar of the palette, dark at the left.
+pub fn color_bar(width: usize, height: usize) -> Image {
+    let mut bar = white(width, height);
+    for y in 0..height {
+        for x in 0..width {
+            let value = x as f32 / (width.max(2) - 1) as f32;
+            bar.pixels[y * width + x] = Palette::Magma.color(value);
+        }
+    }
+    bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_keep_their_aspect_and_never_vanish() {
+        assert_eq!(fitted_size((320, 180), (1000, 900)), (960, 540));
+        assert_eq!(fitted_size((1920, 1080), (960, 900)), (960, 540));
+        assert_eq!(fitted_size((10_000, 1), (1000, 900)), (1000, 1));
+        assert_eq!(fitted_size((0, 0), (10, 10)), (10, 10));
+    }
+
+    #[test]
+    fn shrinking_keeps_the_mean_and_growing_the_pixels() {
+        let mut image = Image::new(4, 2);
+        image.pixels[0] = [8.0; 3];
+        assert_eq!(scaled(&image, (1, 1)).pixels[0], [1.0; 3]);
+        assert_eq!(scaled(&image, (8, 4)).at(1, 1), [8.0; 3]);
+        assert_eq!(scaled(&Image::default(), (2, 1)), Image::new(2, 1));
+    }
+
+    #[test]
+    fn shapes_are_cut_at_the_border() {
+        let mut canvas = white(2, 2);
+        let rect = Rect {
+            x: 1,
+            y: 1,
+            width: 50,
+            height: 50,
+        };
+        fill(&mut canvas, rect, [0.0; 3]);
+        frame(&mut canvas, rect, 100, [0.0; 3]);
+        disc(&mut canvas, (-3.0, 9.0), 1.0, [0.0; 3]);
+        assert_eq!(canvas.at(1, 1), [0.0; 3]);
+        assert_eq!(canvas.at(0, 0), [1.0; 3]);
+    }
+}

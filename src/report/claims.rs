@@ -1,0 +1,147 @@
+//! Claims and gates, judged and put into words.
+
+use serde::Serialize;
+
+use super::data::{Data, SceneOf, SweepPoint};
+use super::number;
+use crate::experiment::{Expression, Judged, Verdict, judge, overall};
+
+/// A claim or gate with its verdicts.
+#[derive(Clone, Debug, Serialize)]
+pub struct Claim {
+    pub text: String,
+    /// Where the paper says so; empty for gates.
+    pub place: String,
+    pub expect: String,
+    /// One of the words of [`words`], or `error`.
+    pub verdict: String,
+    /// Style class: `holds`, `fails`, `open`, `none`, `error`.
+    pub class: String,
+    /// Why the expression cannot be read, or empty.
+    pub error: String,
+    pub cases: Vec<CaseOf>,
+    pub gate: bool,
+}
+
+/// The verdict for one scene and swept value.
+#[derive(Clone, Debug, Serialize)]
+pub struct CaseOf {
+    pub scene: String,
+    pub at: String,
+    pub verdict: String,
+    pub class: String,
+    /// Our two sides, `0.0749 < 0.0811`.
+    pub ours: String,
+    /// Their difference with its interval.
+    pub margin: String,
+    /// The paper's two sides, or empty.
+    pub paper: String,
+}
+
+/// Judges every claim, then every gate.
+pub fn judge_all(data: &Data) -> Vec<Claim> {
+    let config = &data.config;
+    let claims = config
+        .claim
+        .iter()
+        .map(|c| judge_one(data, (&c.text, &c.place), (&c.expect, &c.scenes)));
+    let gates = config.gate.iter().map(|g| Claim {
+        gate: true,
+        ..judge_one(data, (&g.text, ""), (&g.expect, &g.scenes))
+    });
+    claims.chain(gates).collect()
+}
+
+fn judge_one(
+    data: &Data,
+    (text, place): (&str, &str),
+    (expect, scenes): (&str, &[String]),
+) -> Claim {
+    let claim = |verdict: &str, class: &str| Claim {
+        text: text.to_owned(),
+        place: place.to_owned(),
+        expect: expect.to_owned(),
+        verdict: verdict.to_owned(),
+        class: class.to_owned(),
+        error: String::new(),
+        cases: Vec::new(),
+        gate: false,
+    };
+    match Expression::parse(expect) {
+        Err(error) => Claim {
+            error,
+            ..claim("cannot be read", "error")
+        },
+        Ok(expression) => {
+            let judged = judge(&expression, &data.rows, scenes);
+            let (verdict, class) = words(overall(&judged));
+            Claim {
+                cases: judged
+                    .iter()
+                    .map(|j| case_of(data, &expression, j))
+                    .collect(),
+                ..claim(verdict, class)
+            }
+        }
+    }
+}
+
+fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
+    let scene = data.scenes.iter().find(|s| s.name == judged.scene);
+    let point = data.points.iter().find(|p| p.text() == judged.at);
+    let (verdict, class) = words(judged.verdict);
+    let there = judged.verdict != Verdict::NoData;
+    CaseOf {
+        scene: scene.map_or_else(|| judged.scene.clone(), SceneOf::title),
+        at: judged.at.clone(),
+        verdict: verdict.into(),
+        class: class.into(),
+        ours: if there {
+            sides(judged.smaller, judged.larger)
+        } else {
+            String::new()
+        },
+        margin: if there { margin(judged) } else { String::new() },
+        paper: scene
+            .zip(point)
+            .and_then(|(scene, point)| paper_sides(data, expression, (scene, point)))
+            .unwrap_or_default(),
+    }
+}
+
+fn sides(smaller: f64, larger: f64) -> String {
+    let sign = if smaller < larger { "<" } else { "≥" };
+    format!("{} {sign} {}", number::lone(smaller), number::lone(larger))
+}
+
+fn margin(judged: &Judged) -> String {
+    let difference = number::lone(judged.larger - judged.smaller);
+    match judged.half_width {
+        Some(half) => format!(
+            "{difference} ± {} ({} seeds)",
+            number::lone(half),
+            judged.repeats
+        ),
+        None => format!("{difference} (one run)"),
+    }
+}
+
+fn paper_sides(
+    data: &Data,
+    expression: &Expression,
+    (scene, point): (&SceneOf, &SweepPoint),
+) -> Option<String> {
+    let measured =
+        expression.measure(&|column, label| data.published(scene, (label, point), column))?;
+    Some(sides(measured.smaller, measured.larger))
+}
+
+/// A verdict in words, and its style class.
+pub fn words(verdict: Verdict) -> (&'static str, &'static str) {
+    match verdict {
+        Verdict::Holds => ("holds", "holds"),
+        Verdict::DoesNotHold => ("does not hold", "fails"),
+        Verdict::Inconclusive => ("inconclusive", "open"),
+        Verdict::NoData => ("no data", "none"),
+    }
+}

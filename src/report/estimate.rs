@@ -1,0 +1,149 @@
+//! Mean and interval over repeats.
+
+use std::collections::BTreeMap;
+
+use crate::metric::statistics::Summary;
+
+/// Values of one quantity over seeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    pub mean: f64,
+    /// Half width of the 95 % confidence interval of the mean; `None` for a single value.
+    pub half_width: Option<f64>,
+    by_seed: BTreeMap<u64, f64>,
+}
+
+impl Estimate {
+    /// `None` without finite values.
+    pub fn new(by_seed: BTreeMap<u64, f64>) -> Option<Self> {
+        let values: Vec<f64> = by_seed.values().copied().collect();
+        let summary = Summary::of(&values)?;
+        Some(Self {
+            mean: summary.mean,
+            half_width: summary.half_width,
+            by_seed,
+        })
+    }
+
+    /// A published or derived number.
+    pub fn exact(value: f64) -> Option<Self> {
+        Self::new(BTreeMap::from([(0, value)]))
+    }
+
+    /// How many values went into it.
+    pub fn repeats(&self) -> usize {
+        self.by_seed.len()
+    }
+
+    /// Whether the difference to another estimate lies within its 95 % interval, paired by seed;
+    /// exact equality where there are no pairs to tell.
+    pub fn ties(&self, other: &Self) -> bool {
+        let differences: Vec<f64> = self
+            .by_seed
+            .iter()
+            .filter_map(|(seed, value)| Some(value - other.by_seed.get(seed)?))
+            .collect();
+        match Summary::of(&differences).and_then(|s| Some((s.mean, s.half_width?))) {
+            Some((margin, half)) => margin.abs() <= half,
+            None => self.mean == other.mean,
+        }
+    }
+}
+
+/// How an estimate stands among its rivals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Standing {
+    #[default]
+    Plain,
+    /// The best of all.
+    Best,
+    /// Not distinguishable from the best.
+    Tied,
+}
+
+/// Marks the best estimate and those tied with it. With fewer than two rivals, or when all means are
+/// equal, nothing is marked.
+pub fn standings(rivals: &[Option<&Estimate>], lower_is_better: bool) -> Vec<Standing> {
+    let key = |e: &Estimate| if lower_is_better { e.mean } else { -e.mean };
+    let present: Vec<&Estimate> = rivals.iter().flatten().copied().collect();
+    let best = present
+        .iter()
+        .copied()
+        .min_by(|a, b| key(a).total_cmp(&key(b)));
+    let Some(best) = best.filter(|b| present.iter().any(|e| e.mean != b.mean)) else {
+        return vec![Standing::Plain; rivals.len()];
+    };
+    rivals
+        .iter()
+        .map(|rival| match rival {
+            Some(e) if e.mean == best.mean => Standing::Best,
+            Some(e) if e.ties(best) => Standing::Tied,
+            _ => Standing::Plain,
+        })
+        .collect()
+}
+
+/// Rank of each rival, 1 the best; equal means share the mean of their ranks. All must be present.
+pub fn ranks(rivals: &[Option<&Estimate>], lower_is_better: bool) -> Option<Vec<f64>> {
+    let keys: Vec<f64> = rivals
+        .iter()
+        .map(|r| r.map(|e| if lower_is_better { e.mean } else { -e.mean }))
+        .collect::<Option<_>>()?;
+    let rank = |key: &f64| {
+        let better = keys.iter().filter(|k| *k < key).count() as f64;
+        let equal = keys.iter().filter(|k| *k == key).count() as f64;
+        better + (equal + 1.0) / 2.0
+    };
+    Some(keys.iter().map(rank).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(values: &[f64]) -> Estimate {
+        Estimate::new((0..).zip(values.iter().copied()).collect()).expect("values")
+    }
+
+    #[test]
+    fn ties_need_repeats_and_overlap() {
+        let (a, b) = (estimate(&[1.0, 1.2, 0.9]), estimate(&[1.1, 1.0, 1.05]));
+        let far = estimate(&[3.0, 3.1, 3.05]);
+        let marks = standings(&[Some(&far), Some(&a), None, Some(&b)], true);
+        assert_eq!(
+            marks,
+            [
+                Standing::Plain,
+                Standing::Best,
+                Standing::Plain,
+                Standing::Tied
+            ]
+        );
+        let marks = standings(&[Some(&far), Some(&a)], false);
+        assert_eq!(marks, [Standing::Best, Standing::Plain]);
+        let single = [estimate(&[1.0]), estimate(&[1.0001])];
+        let marks = standings(&[Some(&single[0]), Some(&single[1])], true);
+        assert_eq!(marks, [Standing::Best, Standing::Plain]);
+    }
+
+    #[test]
+    fn nothing_is_best_among_equals_or_alone() {
+        let a = estimate(&[2.0]);
+        assert_eq!(standings(&[Some(&a), Some(&a)], true), [Standing::Plain; 2]);
+        assert_eq!(standings(&[Some(&a), None], true), [Standing::Plain; 2]);
+        assert_eq!(standings(&[], true), []);
+        assert!(Estimate::new(BTreeMap::new()).is_none());
+        assert!(Estimate::exact(f64::NAN).is_none());
+    }
+
+    #[test]
+    fn equal_values_share_their_rank() {
+        let (a, b, c) = (estimate(&[1.0]), estimate(&[2.0]), estimate(&[2.0]));
+        assert_eq!(
+            ranks(&[Some(&b), Some(&a), Some(&c)], true),
+            Some(vec![2.5, 1.0, 2.5])
+        );
+        assert_eq!(ranks(&[Some(&a), None], true), None);
+    }
+}

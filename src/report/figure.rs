@@ -1,0 +1,159 @@
+//! The figures of a config, one file for each scene, and what stands in the report about them.
+
+use std::io;
+
+use globset::Glob;
+use serde::Serialize;
+
+use super::data::{Data, SceneOf};
+use super::font::Fonts;
+use super::pictures::{self, Pictures};
+use super::viewer::{self, Viewer};
+use super::{curves, escape, overlay, side_by_side};
+use crate::experiment::{FigureKind, FigureSpec};
+use crate::image::{Image, write_png_coded};
+
+/// A figure that was written.
+#[derive(Clone, Debug, Serialize)]
+pub struct Figure {
+    pub title: String,
+    /// How to read it.
+    pub caption: String,
+    /// Paths relative to the results folder; the first is shown.
+    pub files: Vec<String>,
+    #[serde(skip)]
+    spec: usize,
+}
+
+/// All figures and viewers, and why some are not there.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    pub figures: Vec<Figure>,
+    pub viewers: Vec<Viewer>,
+    pub notes: Vec<String>,
+}
+
+/// A method of a figure: its label and its pictures, if they are there.
+pub type Shown<'a, 'b> = (&'a str, Option<&'b Pictures<'b>>);
+
+/// A drawing and the text below it.
+pub struct Drawing {
+    pub image: Image,
+    pub caption: String,
+}
+
+/// Draws everything; figures whose images are missing become notes. One scene's images are held at
+/// a time.
+pub fn draw_all(data: &Data) -> io::Result<Drawn> {
+    let mut drawn = Drawn::default();
+    let fonts = match Fonts::load() {
+        Ok(fonts) => fonts,
+        Err(reason) => {
+            drawn.notes.push(reason);
+            return Ok(drawn);
+        }
+    };
+    for scene in &data.scenes {
+        let pictures = pictures::of_scene(data, scene, &mut drawn.notes);
+        for (index, spec) in data.config.figure.iter().enumerate() {
+            if spec.kind != FigureKind::Curves && shows_scene(spec, scene) {
+                let shown = shown(data, spec, &pictures);
+                one_scene(data, (&fonts, spec, index), (scene, &shown), &mut drawn)?;
+            }
+        }
+        drawn.viewers.extend(viewer::write(data, scene, &pictures)?);
+    }
+    for (index, spec) in data.config.figure.iter().enumerate() {
+        if spec.kind == FigureKind::Curves {
+            match curves::draw(data, spec)? {
+                Ok((files, caption)) => drawn.figures.push(Figure {
+                    title: title_of(spec),
+                    caption,
+                    files,
+                    spec: index,
+                }),
+                Err(reason) => drawn
+                    .notes
+                    .push(format!("figure `{}`: {reason}", spec.name)),
+            }
+        }
+    }
+    drawn.figures.sort_by_key(|f| f.spec);
+    drawn.notes.sort();
+    drawn.notes.dedup();
+    Ok(drawn)
+}
+
+/// Whether a figure is about a scene; names may be glob patterns.
+pub fn shows_scene(spec: &FigureSpec, scene: &SceneOf) -> bool {
+    let is = |pattern: &str, name: &str| {
+        pattern == name || Glob::new(pattern).is_ok_and(|g| g.compile_matcher().is_match(name))
+    };
+    spec.scenes.is_empty()
+        || spec.scenes.iter().any(|pattern| {
+            is(pattern, &scene.name)
+                || scene
+                    .paper
+                    .as_deref()
+                    .is_some_and(|paper| is(pattern, paper))
+        })
+}
+
+/// Whether a figure is about a method.
+pub fn shows_method(spec: &FigureSpec, label: &str) -> bool {
+    spec.methods.is_empty() || spec.methods.iter().any(|m| m == label)
+}
+
+fn shown<'a>(
+    data: &'a Data,
+    spec: &FigureSpec,
+    pictures: &'a [Option<Pictures>],
+) -> Vec<Shown<'a, 'a>> {
+    data.labels
+        .iter()
+        .zip(pictures)
+        .filter(|(label, _)| shows_method(spec, label))
+        .map(|(label, pictures)| (label.as_str(), pictures.as_ref()))
+        .collect()
+}
+
+fn title_of(spec: &FigureSpec) -> String {
+    if spec.title.is_empty() {
+        spec.name.clone()
+    } else {
+        spec.title.clone()
+    }
+}
+
+fn one_scene(
+    data: &Data,
+    (fonts, spec, index): (&Fonts, &FigureSpec, usize),
+    (scene, shown): (&SceneOf, &[Shown]),
+    drawn: &mut Drawn,
+) -> io::Result<()> {
+    let title = format!("{} — {}", title_of(spec), scene.title());
+    let drawing = match spec.kind {
+        FigureKind::SideBySide => side_by_side::draw(fonts, shown, (&title, &spec.insets)),
+        FigureKind::Records => overlay::records(fonts, shown, &title),
+        FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, &title),
+        FigureKind::Curves => return Ok(()),
+    };
+    match drawing {
+        Ok(Drawing { image, caption }) => {
+            let name = escape::file_name(&format!("{}-{}", spec.name, scene.name));
+            let file = format!("figures/{name}.png");
+            write_png_coded(&data.store.folder.join(&file), &image).map_err(io::Error::other)?;
+            drawn.figures.push(Figure {
+                title,
+                caption,
+                files: vec![file],
+                spec: index,
+            });
+        }
+        Err(reason) => drawn.notes.push(format!(
+            "figure `{}` of {}: {reason}",
+            spec.name, scene.name
+        )),
+    }
+    Ok(())
+}

@@ -1,0 +1,247 @@
+//! The HTML report: one page that works from the file system.
+
+use std::io;
+
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::claims::Claim;
+use super::data::Data;
+use super::escape;
+use super::figure::Drawn;
+use super::number;
+use super::table::Table;
+use super::table_kinds;
+
+const TEMPLATE: &str = include_str!("report.html");
+
+/// Columns of numbers that fit the page.
+const COLUMNS: usize = 9;
+
+/// A line of the list of failures.
+#[derive(Serialize)]
+struct Failure {
+    job: String,
+    scene: String,
+    label: String,
+    budget: String,
+    seed: u64,
+    reason: String,
+}
+
+/// A scene as the page introduces it.
+#[derive(Serialize)]
+struct SceneLine {
+    name: String,
+    view: String,
+    size: String,
+    spp: u32,
+    budget: String,
+    technique: String,
+}
+
+/// Fills the template.
+pub fn page(
+    data: &Data,
+    (tables, claims): (&[Table], &[Claim]),
+    drawn: &Drawn,
+) -> io::Result<String> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_filter("link", |path: String| escape::link(&path));
+    environment.add_filter("extension", |path: String| {
+        path.rsplit('.').next().unwrap_or_default().to_uppercase()
+    });
+    environment
+        .add_template("report.html", TEMPLATE)
+        .map_err(io::Error::other)?;
+    let title = if data.plan.title.is_empty() {
+        &data.plan.name
+    } else {
+        &data.plan.title
+    };
+    let costs = table_kinds::costs(data);
+    let count =
+        |rows: &dyn Fn(&str) -> bool| claims.iter().filter(|c| !c.gate && rows(&c.class)).count();
+    let tally = json!({
+        "holds": count(&|c| c == "holds"), "fails": count(&|c| c == "fails"),
+        "open": count(&|c| c == "open"), "other": count(&|c| c == "none" || c == "error"),
+    });
+    let missing: Vec<String> = data
+        .missing()
+        .iter()
+        .map(|j| {
+            format!(
+                "{} · {} · {} · seed {}",
+                j.scene,
+                j.label,
+                j.budget(),
+                j.seed
+            )
+        })
+        .collect();
+    let page = json!({
+        "title": title,
+        "name": data.plan.name,
+        "tables": tables.iter().map(|t| t.parts(COLUMNS)).collect::<Vec<_>>(),
+        "costs": costs.parts(COLUMNS),
+        "claims": claims.iter().filter(|c| !c.gate).collect::<Vec<_>>(),
+        "gates": claims.iter().filter(|c| c.gate).collect::<Vec<_>>(),
+        "tally": tally,
+        "figures": drawn.figures,
+        "viewers": drawn.viewers,
+        "notes": notes(data, drawn),
+        "failed": failures(data),
+        "missing": missing,
+        "jobs": data.plan.jobs.len(),
+        "finished": data.rows.iter().filter(|r| r.ok()).count(),
+        "scenes": scenes(data),
+        "labels": data.labels,
+        "sweep": data.points.iter().map(|p| p.text()).filter(|t| !t.is_empty()).collect::<Vec<_>>(),
+        "seeds": data.config.repeats,
+        "provenance": provenance(data),
+        "command": command(data),
+        "again": format!("lightbench report results/{}", escape::shell(&data.plan.name)),
+    });
+    let template = environment
+        .get_template("report.html")
+        .map_err(io::Error::other)?;
+    template
+        .render(minijinja::Value::from(Serde(page)))
+        .map_err(io::Error::other)
+}
+
+/// Stand-ins, shortfalls and undrawn figures; failed and missing jobs have their own lists.
+fn notes(data: &Data, drawn: &Drawn) -> Vec<String> {
+    let mut notes = data.plan.notes.clone();
+    for (note, places) in data.row_notes() {
+        notes.push(format!("{note} — {}", places.join(", ")));
+    }
+    notes.extend(data.unplaced());
+    notes.extend(drawn.notes.iter().cloned());
+    notes
+}
+
+fn failures(data: &Data) -> Vec<Failure> {
+    data.failed()
+        .iter()
+        .map(|row| Failure {
+            job: row.job.clone(),
+            scene: row.scene.clone(),
+            label: row.label.clone(),
+            budget: row.budget.clone(),
+            seed: row.seed,
+            reason: row
+                .status
+                .strip_prefix("failed: ")
+                .unwrap_or(&row.status)
+                .to_owned(),
+        })
+        .collect()
+}
+
+fn scenes(data: &Data) -> Vec<SceneLine> {
+    data.scenes
+        .iter()
+        .filter_map(|scene| {
+            let jobs: Vec<_> = data
+                .plan
+                .jobs
+                .iter()
+                .filter(|j| j.scene == scene.name)
+                .collect();
+            let job = jobs.first()?;
+            let (least, most) = jobs.iter().fold((u64::MAX, 0), |(l, m), j| {
+                (l.min(j.caches), m.max(j.caches))
+            });
+            let budget = if least == most {
+                number::count(most)
+            } else {
+                format!("{} to {}", number::count(least), number::count(most))
+            };
+            Some(SceneLine {
+                name: scene.title(),
+                view: job.view.clone(),
+                size: format!("{} × {}", job.width, job.height),
+                spp: job.spp,
+                budget,
+                technique: job.technique.clone(),
+            })
+        })
+        .collect()
+}
+
+/// Keys and values of `provenance.json`; lists are joined, times are made readable.
+fn provenance(data: &Data) -> Vec<(String, String)> {
+    let Value::Object(map) = &data.provenance else {
+        return Vec::new();
+    };
+    let text = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Array(list) => {
+            let parts: Vec<String> = list
+                .iter()
+                .map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned))
+                .collect();
+            parts.join(" ")
+        }
+        other => other.to_string(),
+    };
+    map.iter()
+        .map(|(key, value)| match (key.as_str(), value.as_u64()) {
+            ("started_unix_seconds", Some(seconds)) => ("started".to_owned(), date(seconds)),
+            _ => (key.replace('_', " "), text(value)),
+        })
+        .filter(|(_, value)| !value.is_empty())
+        .collect()
+}
+
+/// UTC date and time of a Unix time (days to civil date as in the Gregorian calendar).
+fn date(seconds: u64) -> String {
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    let shifted = days + 719_468;
+    let era = shifted / 146_097;
+    let day_of_era = shifted % 146_097;
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 {
+        shifted_month + 3
+    } else {
+        shifted_month - 9
+    };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    format!(
+        "{year}-{month:02}-{day:02} {:02}:{:02} UTC",
+        rest / 3600,
+        rest / 60 % 60
+    )
+}
+
+/// The command that made the results.
+fn command(data: &Data) -> String {
+    let configs = data
+        .plan
+        .configs
+        .iter()
+        .map(|c| escape::shell(&c.display().to_string()));
+    let overrides = data.plan.overrides.iter().map(|o| escape::shell(o));
+    let words: Vec<String> = configs.chain(overrides).collect();
+    format!("lightbench run {}", words.join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        assert_eq!(date(0), "1970-01-01 00:00 UTC");
+        assert_eq!(date(951_782_400), "2000-02-29 00:00 UTC");
+        assert_eq!(date(1_700_000_000), "2023-11-14 22:13 UTC");
+    }
+}

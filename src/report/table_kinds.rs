@@ -1,0 +1,454 @@
+//! The tables of a config: one line a method, a stage, or a method under a sweep.
+
+use super::column::{Column, Unit};
+use super::data::{Case, Data, SceneOf, SweepPoint};
+use super::escape;
+use super::estimate::{Estimate, Standing, ranks, standings};
+use super::number::Style;
+use super::table::{Block, Cell, Group, Line, Record, Table};
+use crate::experiment::{TableKind, TableSpec};
+
+/// Every table of the config; errors by method when it names none.
+pub fn all(data: &Data) -> Vec<Table> {
+    let specs = &data.config.table;
+    if specs.is_empty() {
+        return vec![methods(data, &errors())];
+    }
+    specs
+        .iter()
+        .map(|spec| match spec.kind {
+            TableKind::Methods => methods(data, spec),
+            TableKind::Stages => stages(data, spec),
+            TableKind::Sweep => sweep(data, spec),
+        })
+        .collect()
+}
+
+fn errors() -> TableSpec {
+    TableSpec {
+        name: "errors".into(),
+        title: "Error".into(),
+        kind: TableKind::Methods,
+        metrics: vec!["rmse".into(), "flip_ldr".into()],
+    }
+}
+
+/// What every job cost: counted and timed.
+pub fn costs(data: &Data) -> Table {
+    let metrics = [
+        "caches",
+        "all_rays",
+        "lookups",
+        "bytes_peak",
+        "seconds_total",
+    ];
+    methods(
+        data,
+        &TableSpec {
+            name: "costs".into(),
+            title: "Costs".into(),
+            kind: TableKind::Methods,
+            metrics: metrics.map(String::from).to_vec(),
+        },
+    )
+}
+
+/// A column and the way its numbers are written all over a table.
+struct Metric {
+    column: Column,
+    style: Style,
+}
+
+impl Metric {
+    fn new(data: &Data, key: &str) -> Self {
+        let column = Column::of(key);
+        let style = style_of(data, &[key.to_owned()], column.unit);
+        Self { column, style }
+    }
+
+    /// `RMSE ↓`, `time, s ↓`.
+    fn heading(&self) -> String {
+        let unit = self.style.unit;
+        let comma = if unit.is_empty() { "" } else { ", " };
+        format!(
+            "{}{comma}{unit}{}",
+            self.column.heading,
+            self.column.arrow()
+        )
+    }
+}
+
+/// One style for several columns that are compared with one another.
+fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
+    let mut values = Vec::new();
+    for scene in &data.scenes {
+        for point in &data.points {
+            for label in &data.labels {
+                for key in keys {
+                    let case = case(scene, label, point);
+                    values.extend(data.estimate(case, key).map(|e| e.mean));
+                    values.extend(data.published(scene, (label, point), key));
+                }
+            }
+        }
+    }
+    Style::of(unit, values.into_iter())
+}
+
+fn case<'a>(scene: &'a SceneOf, label: &'a str, point: &'a SweepPoint) -> Case<'a> {
+    Case {
+        scene: &scene.name,
+        label,
+        point,
+    }
+}
+
+/// The estimates of all methods in one column, with their standings; recorded for the CSV.
+fn column_of(
+    data: &Data,
+    (scene, point): (&SceneOf, &SweepPoint),
+    column: &Column,
+    records: &mut Vec<Record>,
+) -> Vec<(Option<Estimate>, Standing)> {
+    let estimates: Vec<Option<Estimate>> = data
+        .labels
+        .iter()
+        .map(|label| data.estimate(case(scene, label, point), &column.key))
+        .collect();
+    let rivals: Vec<Option<&Estimate>> = estimates.iter().map(Option::as_ref).collect();
+    let marks = match column.lower_is_better {
+        Some(lower) => standings(&rivals, lower),
+        None => vec![Standing::Plain; rivals.len()],
+    };
+    for ((label, estimate), standing) in data.labels.iter().zip(&estimates).zip(&marks) {
+        records.push(Record {
+            scene: scene.name.clone(),
+            paper_scene: scene.paper.clone(),
+            sweep: point.text(),
+            method: label.clone(),
+            metric: column.key.clone(),
+            estimate: estimate.clone(),
+            published: data.published(scene, (label, point), &column.key),
+            standing: *standing,
+        });
+    }
+    estimates.into_iter().zip(marks).collect()
+}
+
+fn ours(estimate: Option<&Estimate>, standing: Standing, style: &Style) -> Cell {
+    estimate.map_or_else(Cell::empty, |e| Cell {
+        text: style.estimate(e),
+        standing,
+        published: false,
+    })
+}
+
+fn theirs(value: Option<f64>, style: &Style) -> Cell {
+    Cell {
+        published: true,
+        ..value.map_or_else(Cell::empty, |v| Cell {
+            text: style.number(v),
+            ..Cell::default()
+        })
+    }
+}
+
+/// One line a method, columns scene × metric, a block for each swept value.
+pub fn methods(data: &Data, spec: &TableSpec) -> Table {
+    let metrics: Vec<Metric> = spec
+        .metrics
+        .iter()
+        .map(|key| Metric::new(data, key))
+        .collect();
+    let mut table = start(spec, "Method");
+    for scene in &data.scenes {
+        let mut columns = Vec::new();
+        for metric in &metrics {
+            columns.push(metric.heading());
+            if data.has_published(scene, &metric.column.key) {
+                columns.push("paper".into());
+            }
+        }
+        table.groups.push(Group {
+            heading: scene.title(),
+            columns,
+        });
+    }
+    let ranked: Vec<&Metric> = metrics
+        .iter()
+        .filter(|m| {
+            data.scenes.len() > 1 && data.labels.len() > 1 && m.column.lower_is_better.is_some()
+        })
+        .collect();
+    if !ranked.is_empty() {
+        table.groups.push(Group {
+            heading: "Mean rank".into(),
+            columns: ranked.iter().map(|m| m.column.heading.clone()).collect(),
+        });
+    }
+    for point in &data.points {
+        let mut lines = lines_of(&data.labels);
+        for scene in &data.scenes {
+            for metric in &metrics {
+                let column = column_of(data, (scene, point), &metric.column, &mut table.records);
+                let beside = data.has_published(scene, &metric.column.key);
+                for (line, (estimate, standing)) in lines.iter_mut().zip(column) {
+                    line.cells
+                        .push(ours(estimate.as_ref(), standing, &metric.style));
+                    if beside {
+                        let value =
+                            data.published(scene, (&line.heading, point), &metric.column.key);
+                        line.cells.push(theirs(value, &metric.style));
+                    }
+                }
+            }
+        }
+        for metric in &ranked {
+            for (line, cell) in lines
+                .iter_mut()
+                .zip(mean_ranks(data, point, &metric.column))
+            {
+                line.cells.push(cell);
+            }
+        }
+        table.blocks.push(Block {
+            heading: point.text(),
+            lines,
+        });
+    }
+    notes(data, &mut table);
+    table
+}
+
+/// The rank of each method, averaged over the scenes that have a value of every method.
+fn mean_ranks(data: &Data, point: &SweepPoint, column: &Column) -> Vec<Cell> {
+    let lower = column.lower_is_better.unwrap_or(true);
+    let mut sums = vec![0.0; data.labels.len()];
+    let mut scenes = 0;
+    for scene in &data.scenes {
+        let estimates = column_of(data, (scene, point), column, &mut Vec::new());
+        let rivals: Vec<Option<&Estimate>> = estimates.iter().map(|(e, _)| e.as_ref()).collect();
+        if let Some(ranks) = ranks(&rivals, lower) {
+            scenes += 1;
+            sums.iter_mut()
+                .zip(ranks)
+                .for_each(|(sum, rank)| *sum += rank);
+        }
+    }
+    let means: Vec<Option<Estimate>> = sums
+        .iter()
+        .map(|sum| Estimate::exact(sum / f64::from(scenes)))
+        .collect();
+    let rivals: Vec<Option<&Estimate>> = means.iter().map(Option::as_ref).collect();
+    let marks = standings(&rivals, true);
+    means
+        .iter()
+        .zip(marks)
+        .map(|(mean, standing)| {
+            mean.as_ref().map_or_else(Cell::empty, |m| Cell {
+                text: format!("{:.2}", m.mean),
+                standing,
+                published: false,
+            })
+        })
+        .collect()
+}
+
+/// One line a method, columns the swept values, a block for each scene and metric.
+fn sweep(data: &Data, spec: &TableSpec) -> Table {
+    let mut table = start(spec, "Method");
+    table.groups.push(Group {
+        heading: data.points[0].keys(),
+        columns: data.points.iter().map(SweepPoint::short).collect(),
+    });
+    for scene in &data.scenes {
+        for key in &spec.metrics {
+            let metric = Metric::new(data, key);
+            let mut lines = lines_of(&data.labels);
+            for point in &data.points {
+                let column = column_of(data, (scene, point), &metric.column, &mut table.records);
+                for (line, (estimate, standing)) in lines.iter_mut().zip(column) {
+                    line.cells
+                        .push(ours(estimate.as_ref(), standing, &metric.style));
+                }
+            }
+            for label in &data.labels {
+                let values = data
+                    .points
+                    .iter()
+                    .map(|p| data.published(scene, (label, p), key));
+                let values: Vec<Option<f64>> = values.collect();
+                if values.iter().any(Option::is_some) {
+                    lines.push(Line {
+                        heading: format!("{label} (paper)"),
+                        cells: values
+                            .into_iter()
+                            .map(|v| theirs(v, &metric.style))
+                            .collect(),
+                    });
+                }
+            }
+            table.blocks.push(Block {
+                heading: format!("{} · {}", scene.title(), metric.heading()),
+                lines,
+            });
+        }
+    }
+    notes(data, &mut table);
+    table
+}
+
+/// One line a stage, columns scene × method.
+fn stages(data: &Data, spec: &TableSpec) -> Table {
+    let mut keys: Vec<String> = stage_order(data)
+        .iter()
+        .map(|s| format!("seconds_{s}"))
+        .collect();
+    keys.push("seconds_total".into());
+    let style = style_of(data, &keys, Unit::Seconds);
+    let mut table = start(spec, "Stage");
+    let heading = |key: &str| match key {
+        "seconds_total" => format!("total, {}", style.unit),
+        _ => format!("{}, {}", Column::of(key).heading, style.unit),
+    };
+    let mut lines: Vec<Line> = keys
+        .iter()
+        .map(|key| Line {
+            heading: heading(key),
+            cells: Vec::new(),
+        })
+        .collect();
+    for scene in &data.scenes {
+        for point in &data.points {
+            let beside: Vec<bool> = data
+                .labels
+                .iter()
+                .map(|l| {
+                    keys.iter()
+                        .any(|k| data.published(scene, (l, point), k).is_some())
+                })
+                .collect();
+            let mut group = Group {
+                heading: [scene.title(), point.text()].join(" ").trim().to_owned(),
+                columns: Vec::new(),
+            };
+            for (label, beside) in data.labels.iter().zip(&beside) {
+                group.columns.push(label.clone());
+                group.columns.extend(beside.then(|| "paper".to_owned()));
+            }
+            for (line, key) in lines.iter_mut().zip(&keys) {
+                let column = Column {
+                    lower_is_better: None,
+                    ..Column::of(key)
+                };
+                let found = column_of(data, (scene, point), &column, &mut table.records);
+                for ((label, beside), (estimate, standing)) in
+                    data.labels.iter().zip(&beside).zip(found)
+                {
+                    line.cells.push(ours(estimate.as_ref(), standing, &style));
+                    let value = data.published(scene, (label, point), key);
+                    line.cells.extend(beside.then(|| theirs(value, &style)));
+                }
+            }
+            table.groups.push(group);
+        }
+    }
+    table.blocks.push(Block {
+        heading: String::new(),
+        lines,
+    });
+    notes(data, &mut table);
+    table
+}
+
+/// The stages of all rows; one that only some rows have stands after its predecessor there.
+fn stage_order(data: &Data) -> Vec<String> {
+    let mut order: Vec<String> = Vec::new();
+    for row in data.rows.iter().filter(|r| r.ok()) {
+        let mut next = 0;
+        for stage in row.seconds.keys() {
+            match order.iter().position(|s| s == stage) {
+                Some(at) => next = at + 1,
+                None => {
+                    order.insert(next, stage.clone());
+                    next += 1;
+                }
+            }
+        }
+    }
+    order
+}
+
+fn start(spec: &TableSpec, corner: &str) -> Table {
+    Table {
+        file: escape::file_name(&spec.name),
+        title: if spec.title.is_empty() {
+            spec.name.clone()
+        } else {
+            spec.title.clone()
+        },
+        corner: corner.into(),
+        ..Table::default()
+    }
+}
+
+fn lines_of(labels: &[String]) -> Vec<Line> {
+    labels
+        .iter()
+        .map(|label| Line {
+            heading: label.clone(),
+            cells: Vec::new(),
+        })
+        .collect()
+}
+
+/// How to read the numbers: what is in the table decides what is said.
+fn notes(data: &Data, table: &mut Table) {
+    let cells: Vec<&Cell> = table
+        .blocks
+        .iter()
+        .flat_map(|b| &b.lines)
+        .flat_map(|l| &l.cells)
+        .collect();
+    let repeats = table
+        .records
+        .iter()
+        .filter_map(|r| r.estimate.as_ref())
+        .map(Estimate::repeats);
+    let (least, most) = repeats.fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
+    let mut notes = Vec::new();
+    match (least, most) {
+        (_, 0) => notes.push("No finished job has these values.".to_owned()),
+        (_, 1) => notes.push("One run each; no interval.".to_owned()),
+        (a, b) if a == b => notes.push(format!("Mean ± 95 % confidence interval over {b} seeds.")),
+        (a, b) => notes.push(format!(
+            "Mean ± 95 % confidence interval over {a} to {b} seeds."
+        )),
+    }
+    if cells.iter().any(|c| c.standing == Standing::Best) {
+        let tied = cells.iter().any(|c| c.standing == Standing::Tied);
+        let tied = if tied {
+            "; italic: not distinguishable from it (95 %, paired by seed)"
+        } else {
+            ""
+        };
+        notes.push(format!("Bold: best of its column{tied}."));
+    }
+    if cells.iter().any(|c| c.published) {
+        let mut places: Vec<&str> = data.scenes.iter().flat_map(|s| data.places_of(s)).collect();
+        places.sort_unstable();
+        places.dedup();
+        notes.push(format!(
+            "paper: as printed ({}), on the authors' scenes, sizes and machine.",
+            places.join(", ")
+        ));
+    }
+    if most > 0
+        && cells
+            .iter()
+            .any(|c| c.text == super::table::NOTHING && !c.published)
+    {
+        notes.push("—: no value (no such stage, or its job failed or has not run).".into());
+    }
+    table.notes = notes;
+}

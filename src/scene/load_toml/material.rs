@@ -1,0 +1,162 @@
+//! `[texture.*]` and `[material.*]`.
+
+use std::path::PathBuf;
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::Loader;
+use super::keys::Keys;
+use crate::scene::mesh_mtl::{MtlMaterial, coated, phong_alpha};
+use crate::scene::text::advice;
+use crate::scene::{Bsdf, ColourSource, Material, SceneError, TextureDescription, Wrap};
+
+impl Loader {
+    pub(super) fn textures(&mut self, keys: &Keys) -> Result<(), SceneError> {
+        let Some(value) = keys.get("texture") else {
+            return Ok(());
+        };
+        for (name, value) in Keys::of(keys.source, value, "[texture]")?.entries() {
+            let keys = Keys::of(keys.source, value, format!("[texture.{name}]"))?;
+            let mut texture = TextureDescription::file(self.path(&keys)?);
+            texture.srgb = keys.boolean("srgb", texture.srgb)?;
+            texture.nearest = keys.word("filter", &[("bilinear", false), ("nearest", true)])?;
+            texture.wrap = keys.word(
+                "wrap",
+                &[
+                    ("repeat", Wrap::Repeat),
+                    ("clamp", Wrap::Clamp),
+                    ("mirror", Wrap::Mirror),
+                ],
+            )?;
+            let pair =
+                |p: Option<[f64; 2]>, default: f32| p.map_or([default; 2], |p| p.map(|x| x as f32));
+            texture.uv_scale = pair(keys.numbers("uv_scale")?, 1.0);
+            texture.uv_offset = pair(keys.numbers("uv_offset")?, 0.0);
+            keys.finish()?;
+            self.scene.textures.push(texture);
+            self.texture_names.push(name.to_owned());
+        }
+        Ok(())
+    }
+
+    pub(super) fn materials(&mut self, keys: &Keys) -> Result<(), SceneError> {
+        let Some(value) = keys.get("material") else {
+            return Ok(());
+        };
+        for (name, value) in Keys::of(keys.source, value, "[material]")?.entries() {
+            let mut keys = Keys::of(keys.source, value, format!("[material.{name}]"))?;
+            let kind = keys.kind(&["diffuse", "plastic", "conductor", "dielectric"])?;
+            keys.what = format!("[material.{name}] ({kind})");
+            let bsdf = match kind {
+                "plastic" => self.plastic(&keys)?,
+                "conductor" => self.conductor(&keys)?,
+                "dielectric" => dielectric(&keys)?,
+                _ => Bsdf::Diffuse {
+                    reflectance: self.colour_source(&keys, "reflectance", 0.5)?,
+                },
+            };
+            let opacity = match keys.get("opacity") {
+                Some(value) => Some(self.source_of(&keys, "opacity", value)?),
+                None => None,
+            };
+            let two_sided = keys.boolean("two_sided", true)?;
+            keys.finish()?;
+            self.scene.materials.push(Material {
+                name: name.to_owned(),
+                bsdf,
+                two_sided,
+                opacity,
+                bump: None,
+            });
+        }
+        Ok(())
+    }
+
+    /// The index of a material from a library.
+    pub(super) fn mtl_material(&mut self, mtl: &MtlMaterial) -> usize {
+        let mut source = |map: &Option<PathBuf>, constant: [f32; 3]| match map {
+            None => ColourSource::Constant(constant),
+            Some(path) => {
+                self.scene
+                    .textures
+                    .push(TextureDescription::file(path.clone()));
+                ColourSource::Texture(self.scene.textures.len() - 1)
+            }
+        };
+        let diffuse = source(&mtl.diffuse_map, mtl.diffuse);
+        let transparent = mtl.opacity < 1.0 || mtl.opacity_map.is_some();
+        let opacity = transparent.then(|| source(&mtl.opacity_map, [mtl.opacity; 3]));
+        self.scene.materials.push(Material {
+            bsdf: coated(diffuse, mtl.specular, phong_alpha(mtl.exponent)),
+            opacity,
+            ..Material::diffuse(&mtl.name, mtl.diffuse)
+        });
+        self.scene.materials.len() - 1
+    }
+
+    fn plastic(&self, keys: &Keys) -> Result<Bsdf, SceneError> {
+        Ok(Bsdf::Plastic {
+            diffuse: self.colour_source(keys, "diffuse", 0.5)?,
+            specular: keys.colour("specular")?.unwrap_or([1.0; 3]),
+            ior: keys.positive("ior")?.unwrap_or(1.5) as f32,
+            alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
+            nonlinear: keys.boolean("nonlinear", false)?,
+        })
+    }
+
+    fn conductor(&self, keys: &Keys) -> Result<Bsdf, SceneError> {
+        Ok(Bsdf::Conductor {
+            eta: keys.colour("eta")?.unwrap_or([0.0; 3]),
+            k: keys.colour("k")?.unwrap_or([0.0; 3]),
+            specular: self.colour_source(keys, "specular", 1.0)?,
+            alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
+        })
+    }
+
+    fn colour_source(
+        &self,
+        keys: &Keys,
+        key: &'static str,
+        default: f32,
+    ) -> Result<ColourSource, SceneError> {
+        match keys.get(key) {
+            Some(value) => self.source_of(keys, key, value),
+            None => Ok(ColourSource::Constant([default; 3])),
+        }
+    }
+
+    /// A colour, or `{ texture = "name" }`.
+    fn source_of(
+        &self,
+        keys: &Keys,
+        key: &str,
+        value: &Spanned<DeValue>,
+    ) -> Result<ColourSource, SceneError> {
+        if !value.get_ref().is_table() {
+            return keys.colour_of(key, value).map(ColourSource::Constant);
+        }
+        let inner = Keys::of(keys.source, value, format!("`{key}` of {}", keys.what))?;
+        let name = inner.required("texture", inner.string("texture")?)?;
+        inner.finish()?;
+        match self.texture_names.iter().position(|n| n == name) {
+            Some(index) => Ok(ColourSource::Texture(index)),
+            None => {
+                let known: Vec<&str> = self.texture_names.iter().map(String::as_str).collect();
+                Err(inner.error(format!(
+                    "no texture is called `{name}`; {}",
+                    advice(name, &known)
+                )))
+            }
+        }
+    }
+}
+
+fn dielectric(keys: &Keys) -> Result<Bsdf, SceneError> {
+    Ok(Bsdf::Dielectric {
+        ior: keys.positive("ior")?.unwrap_or(1.5) as f32,
+        thin: keys.boolean("thin", false)?,
+        reflectance: keys.colour("reflectance")?.unwrap_or([1.0; 3]),
+        transmittance: keys.colour("transmittance")?.unwrap_or([1.0; 3]),
+    })
+}

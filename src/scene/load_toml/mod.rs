@@ -1,0 +1,156 @@
+//! `scene.toml`: the house format.
+//!
+//! Unknown keys, unknown kinds, references to nothing and values out of range are errors with
+//! file, line, column and the nearest word that would have been right.
+
+mod keys;
+mod light;
+mod material;
+mod shape;
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use keys::{Keys, Source};
+use toml::de::DeTable;
+
+use super::text::{error_at, file_error};
+use super::{FovAxis, Material, SceneDescription, SceneError, View};
+
+/// Reads a scene file; no mesh, texture or map is opened.
+pub(super) fn load_toml(file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
+    let text = std::fs::read_to_string(file).map_err(|e| file_error(file, e.to_string()))?;
+    parse_toml(&text, Some(file), name)
+}
+
+/// Parses the text of a scene file; `file` is `None` for embedded scenes.
+pub(super) fn parse_toml(
+    text: &str,
+    file: Option<&Path>,
+    name: &str,
+) -> Result<SceneDescription, SceneError> {
+    let embedded = PathBuf::from(format!("<{name}>/scene.toml"));
+    let shown = file.unwrap_or(&embedded);
+    let root = DeTable::parse(text).map_err(|e| {
+        let offset = e.span().map_or(0, |s| s.start);
+        error_at(shown, text, offset, e.message().trim().to_owned())
+    })?;
+    let source = Source { file: shown, text };
+    let keys = Keys::new(&source, root.get_ref(), 0..0, "the scene");
+    let mut loader = Loader {
+        folder: file
+            .and_then(Path::parent)
+            .unwrap_or(Path::new(""))
+            .to_owned(),
+        texture_names: Vec::new(),
+        scene: SceneDescription {
+            name: name.to_owned(),
+            file: file.map(Path::to_owned),
+            materials: vec![Material::diffuse("default", [0.5; 3])],
+            ..SceneDescription::default()
+        },
+    };
+    loader.read(&keys)?;
+    Ok(loader.scene)
+}
+
+/// The state of one load.
+struct Loader {
+    /// What paths are relative to.
+    folder: PathBuf,
+    /// Parallel to the textures of the scene.
+    texture_names: Vec<String>,
+    scene: SceneDescription,
+}
+
+impl Loader {
+    fn read(&mut self, keys: &Keys) -> Result<(), SceneError> {
+        let scene = &mut self.scene;
+        scene.title = keys.string("title")?.unwrap_or("").to_owned();
+        scene.metres_per_unit = keys.positive("metres_per_unit")?.unwrap_or(1.0);
+        scene.ao_distance = keys.positive("ao_distance")?;
+        scene.exposure = keys.positive("exposure")?.unwrap_or(1.0) as f32;
+        scene.max_depth = keys.whole("max_depth", 0..10_001)?.unwrap_or(6);
+        for table in keys.tables("view")? {
+            let view = self.view(&table)?;
+            if self.scene.views.iter().any(|v| v.name == view.name) {
+                return Err(table.error(format!("there are two views called `{}`", view.name)));
+            }
+            self.scene.views.push(view);
+        }
+        if self.scene.views.is_empty() {
+            return Err(keys.error("the scene needs at least one [[view]]"));
+        }
+        self.textures(keys)?;
+        self.materials(keys)?;
+        for mut table in keys.tables("shape")? {
+            let shape = self.shape(&mut table)?;
+            self.add_shape(shape, &table)?;
+        }
+        if self.scene.shapes.is_empty() {
+            return Err(keys.error("the scene needs at least one [[shape]]"));
+        }
+        self.environment(keys)?;
+        for table in keys.tables("light")? {
+            self.light(&table)?;
+        }
+        keys.finish()
+    }
+
+    fn view(&self, keys: &Keys) -> Result<View, SceneError> {
+        let default_name = match self.scene.views.len() {
+            0 => "main".to_owned(),
+            n => format!("view{}", n + 1),
+        };
+        let name = keys.string("name")?.map_or(default_name, str::to_owned);
+        let origin = keys.required("origin", keys.vector("origin")?)?;
+        let target = keys.required("target", keys.vector("target")?)?;
+        let up = keys.vector("up")?.unwrap_or(DVec3::Y);
+        let fov_deg = keys.required("fov_deg", keys.positive("fov_deg")?)?;
+        let fov_axis = keys.word(
+            "fov_axis",
+            &[
+                ("x", FovAxis::X),
+                ("y", FovAxis::Y),
+                ("smaller", FovAxis::Smaller),
+                ("larger", FovAxis::Larger),
+                ("diagonal", FovAxis::Diagonal),
+            ],
+        )?;
+        let size = keys.numbers::<2>("size")?.unwrap_or([1920.0, 1080.0]);
+        keys.finish()?;
+        if fov_deg >= 180.0 {
+            return Err(keys.error(format!("`fov_deg` of view `{name}` must be below 180")));
+        }
+        if size
+            .iter()
+            .any(|s| s.fract() != 0.0 || !(1.0..=65536.0).contains(s))
+        {
+            return Err(keys.error(format!(
+                "`size` of view `{name}` must be [width, height] in pixels"
+            )));
+        }
+        if (target - origin).normalize_or_zero().cross(up).length() < 1e-6 * up.length().max(1e-300)
+        {
+            let message = "`origin` and `target` coincide or `up` is parallel to the view";
+            return Err(keys.error(format!("view `{name}`: {message}")));
+        }
+        let mut view = View::look_at(
+            &name,
+            [origin, target, up],
+            fov_deg,
+            size.map(|s| s as usize),
+        );
+        view.fov_axis = fov_axis;
+        Ok(view)
+    }
+
+    /// A path relative to the scene file.
+    fn path(&self, keys: &Keys) -> Result<PathBuf, SceneError> {
+        let path = keys.required("path", keys.string("path")?)?;
+        Ok(self.folder.join(path))
+    }
+}
+
+#[cfg(test)]
+mod tests;

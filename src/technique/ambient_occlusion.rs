@@ -1,0 +1,270 @@
+//! Ambient occlusion from cached visibility (Clarberg & Akenine-Möller 2008; Wu & Shen, 4.3).
+//!
+//! A record holds the visibility of `side²` equal-area directions over the hemisphere of its shading
+//! normal as bits, and its ambient occlusion `(2/S) Σ V cos θ`: 1 in the open. Surfaces are opaque
+//! whatever their material, so no material, texture or light is read. Where the camera sees no
+//! surface the value is 1.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{CachedFunction, Frame, Lookup, Site, Technique};
+use crate::cache::Neighbour;
+use crate::registry::{self, About, Bias, Parameter, ParameterError, TechniqueEntry};
+use crate::sample::{Frame as LocalFrame, equal_area_hemisphere};
+use crate::scene::Needs;
+use crate::trace::{Caster, RayCounter, offset_origin};
+
+/// The registry's entry.
+pub const ENTRY: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "ambient-occlusion",
+        aliases: &["ao"],
+        summary: "ambient occlusion interpolated from records of cached visibility",
+        source: "Clarberg & Akenine-Möller 2008; Wu & Shen, section 4.3",
+        bias: Bias::Consistent,
+        failures: &[
+            "contact shadows thinner than the spacing of records are blurred or missed",
+            "records on both sides of a thin wall mix when their normals agree",
+            "surfaces are opaque: opacity masks and glass are not looked at",
+        ],
+        parameters: &[
+            Parameter {
+                key: "side",
+                default: "32",
+                unit: "",
+                meaning: "directions per side of the equal-area hemisphere grid",
+            },
+            Parameter {
+                key: "distance",
+                default: "the scene's",
+                unit: "scene units",
+                meaning: "maximum length of occlusion rays",
+            },
+            Parameter {
+                key: "lookup",
+                default: "candidates = 20, used = 6, max_angle_deg = 30",
+                unit: "",
+                meaning: "the run-time rule (N, M, θ_max; lambda_scaled replaces λ = 0.5/L)",
+            },
+        ],
+    },
+    build: |table| {
+        let technique = AmbientOcclusion::new(registry::parameters(table)?)?;
+        Ok(Box::new(technique))
+    },
+    distributions: true,
+};
+
+/// Parameters of the technique, shared by reference and contenders.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// Directions per side of the hemisphere's grid; the paper traces 32 × 32.
+    pub side: usize,
+    /// Maximum ray length in scene units; default: what the scene declares.
+    pub distance: Option<f32>,
+    pub lookup: Lookup,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            side: 32,
+            distance: None,
+            lookup: Lookup::default(),
+        }
+    }
+}
+
+/// The technique `ambient-occlusion`.
+pub struct AmbientOcclusion {
+    parameters: Parameters,
+    directions: Vec<Vec3>,
+}
+
+impl AmbientOcclusion {
+    pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
+        if !(1..=256).contains(&parameters.side) {
+            return Err(ParameterError {
+                key: Some("side".into()),
+                message: format!("side = {} is out of range: expected 1 to 256", parameters.side),
+            });
+        }
+        if parameters.distance.is_some_and(|d| !(d > 0.0)) {
+            return Err(ParameterError {
+                key: Some("distance".into()),
+                message: "distance must be positive (scene units)".into(),
+            });
+        }
+        parameters.lookup.validate().map_err(|message| ParameterError {
+            key: Some("lookup".into()),
+            message,
+        })?;
+        let directions = equal_area_hemisphere(parameters.side);
+        Ok(Self {
+            parameters,
+            directions,
+        })
+    }
+
+    fn distance(&self, frame: &Frame) -> f32 {
+        self.parameters.distance.unwrap_or(frame.scene.ao_distance)
+    }
+}
+
+impl Technique for AmbientOcclusion {
+    fn needs(&self) -> Needs {
+        Needs::GEOMETRY
+    }
+
+    fn reference_pixels(
+        &self,
+        frame: &Frame,
+        caster: &Caster,
+        (first_pixel, sample): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let gatherer = Gatherer {
+            directions: &self.directions,
+            distance: self.distance(frame),
+            diagonal: frame.scene.diagonal,
+        };
+        let mut scratch = Scratch::new(self.directions.len());
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let ray = frame.camera_ray(pixel, sample);
+            let occlusion = frame.site(caster, &ray).map_or(1.0, |(site, _)| {
+                gatherer.gather(caster, &site, &mut scratch)
+            });
+            *value = [occlusion; 3];
+        }
+        0
+    }
+
+    fn reference_samples(&self, spp: u32) -> u32 {
+        spp
+    }
+
+    fn reference_is_random(&self) -> bool {
+        false
+    }
+
+    fn rays_per_evaluation(&self) -> u64 {
+        self.directions.len() as u64
+    }
+
+    fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)> {
+        let records = VisibilityRecords {
+            directions: self.directions.clone(),
+            distance: self.distance(frame),
+            diagonal: frame.scene.diagonal,
+            words: self.directions.len().div_ceil(64),
+            values: Vec::new(),
+            occluded: Vec::new(),
+        };
+        Some((Box::new(records), self.parameters.lookup))
+    }
+}
+
+/// Traces the rays of one record or reference sample.
+struct Gatherer<'a> {
+    directions: &'a [Vec3],
+    distance: f32,
+    diagonal: f32,
+}
+
+/// Buffers that a thread keeps between records.
+struct Scratch {
+    world: Vec<Vec3>,
+    occluded: Vec<u64>,
+}
+
+impl Scratch {
+    fn new(directions: usize) -> Self {
+        Self {
+            world: vec![Vec3::ZERO; directions],
+            occluded: vec![0; directions.div_ceil(64)],
+        }
+    }
+}
+
+impl Gatherer<'_> {
+    /// Ambient occlusion at a site; leaves the occlusion bits in `scratch`.
+    fn gather(&self, caster: &Caster, site: &Site, scratch: &mut Scratch) -> f32 {
+        let frame = LocalFrame::from_normal(site.normal);
+        for (world, &local) in scratch.world.iter_mut().zip(self.directions) {
+            *world = frame.to_world(local);
+        }
+        let origin = offset_origin(site.position, site.geometric_normal, self.diagonal);
+        caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
+        let mut open = 0.0;
+        for (i, local) in self.directions.iter().enumerate() {
+            if scratch.occluded[i / 64] >> (i % 64) & 1 == 0 {
+                open += local.z;
+            }
+        }
+        (open * 2.0 / self.directions.len() as f32).min(1.0)
+    }
+}
+
+/// The records of one job.
+struct VisibilityRecords {
+    directions: Vec<Vec3>,
+    distance: f32,
+    diagonal: f32,
+    /// 64-bit words per record.
+    words: usize,
+    values: Vec<f32>,
+    occluded: Vec<u64>,
+}
+
+impl CachedFunction for VisibilityRecords {
+    fn evaluate(&mut self, frame: &Frame, sites: &[Site], counter: &RayCounter) {
+        let gatherer = Gatherer {
+            directions: &self.directions,
+            distance: self.distance,
+            diagonal: self.diagonal,
+        };
+        let first = self.values.len();
+        self.values.resize(first + sites.len(), 0.0);
+        self.occluded.resize((first + sites.len()) * self.words, 0);
+        const GRAIN: usize = 16;
+        self.values[first..]
+            .par_chunks_mut(GRAIN)
+            .zip(self.occluded[first * self.words..].par_chunks_mut(GRAIN * self.words))
+            .zip(sites.par_chunks(GRAIN))
+            .for_each(|((values, occluded), sites)| {
+                let caster = frame.tracer.caster(counter);
+                let mut scratch = Scratch::new(gatherer.directions.len());
+                for (i, site) in sites.iter().enumerate() {
+                    values[i] = gatherer.gather(&caster, site, &mut scratch);
+                    occluded[i * self.words..][..self.words].copy_from_slice(&scratch.occluded);
+                }
+            });
+    }
+
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        let bits = |i: u32| &self.occluded[i as usize * self.words..][..self.words];
+        let differing: u32 = bits(a).iter().zip(bits(b)).map(|(x, y)| (x ^ y).count_ones()).sum();
+        differing as f32
+    }
+
+    fn interpolate(&self, _site: &Site, neighbours: &[Neighbour], weights: &[f32]) -> [f32; 3] {
+        let value: f32 = neighbours
+            .iter()
+            .zip(weights)
+            .map(|(n, w)| self.values[n.record as usize] * w)
+            .sum();
+        [value; 3]
+    }
+
+    fn background(&self) -> [f32; 3] {
+        [1.0; 3]
+    }
+
+    fn bytes(&self) -> usize {
+        self.values.len() * 4 + self.occluded.len() * 8
+    }
+
+}
