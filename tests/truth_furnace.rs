@@ -82,10 +82,8 @@ fn a_closed_glowing_box_sums_a_geometric_series() {
         let scene = Scene::build(&scaled, Needs::ALL).expect("box");
         for depth in [1, 2, 3, 8] {
             let rendering = small_render(&scene, [8, 8], 800, depth);
-            for c in 0..3 {
-                let series: f64 = (0..depth as i32)
-                    .map(|k| f64::from(albedo[c]).powi(k))
-                    .sum();
+            for (c, albedo) in albedo.iter().enumerate() {
+                let series: f64 = (0..depth as i32).map(|k| f64::from(*albedo).powi(k)).sum();
                 let expected = series * (c + 1) as f64;
                 let [found, sigma] = mean_and_sigma(&rendering, c);
                 assert!(
