@@ -6,8 +6,6 @@
 
 mod terrain;
 
-use std::time::Instant;
-
 use glam::Vec3;
 use lightbench::sample::{Frame, Rng, equal_area_hemisphere};
 use lightbench::scene::{Needs, find_scene};
@@ -55,21 +53,25 @@ fn kitchen() -> Option<Scene> {
     })
 }
 
-/// CPU time of this thread where the kernel tells it, else elapsed time. Nanoseconds.
-fn cpu_ns() -> u64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let told = told.and_then(|text| text.split_whitespace().next()?.parse().ok());
-    told.unwrap_or_else(|| {
-        static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-        START.get_or_init(Instant::now).elapsed().as_nanos() as u64
-    })
+/// CPU time of this thread in seconds.
+#[cfg(unix)]
+fn cpu_seconds() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+/// Elapsed seconds, where CPU time is not at hand.
+#[cfg(not(unix))]
+fn cpu_seconds() -> f64 {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
 }
 
 /// Seconds of CPU time, and the result.
 fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let start = cpu_ns();
+    let start = cpu_seconds();
     let result = work();
-    ((cpu_ns() - start) as f64 * 1e-9, result)
+    (cpu_seconds() - start, result)
 }
 
 /// A set of rays with the ways to cast it.
