@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench rays [-- terrain | kitchen]` prints one table a scene: the portable kernel (obvhs' traversal), the
 //! wide one with single rays and with bundles, and their ratios. Kernels take turns and the best of
-//! many short rounds counts, so that other work on the machine disturbs all of them alike.
+//! seven rounds counts, so that other work on the machine disturbs all of them alike.
 
 mod terrain;
 
@@ -11,8 +11,8 @@ use lightbench::sample::{Frame, Rng, equal_area_hemisphere};
 use lightbench::scene::{Needs, find_scene};
 use lightbench::trace::{Caster, Hit, Kernel, Ray, RayCounter, Tracer, offset_origin};
 
-const ROUNDS: usize = 25;
-const RECORDS: usize = 40;
+const ROUNDS: usize = 7;
+const RECORDS: usize = 160;
 const SIDE: usize = 32;
 
 /// Triangles and a camera.
@@ -64,7 +64,10 @@ fn cpu_seconds() -> f64 {
 #[cfg(not(unix))]
 fn cpu_seconds() -> f64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
-    START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
+    START
+        .get_or_init(std::time::Instant::now)
+        .elapsed()
+        .as_secs_f64()
 }
 
 /// Seconds of CPU time, and the result.
@@ -275,7 +278,7 @@ fn ray_sets(scene: &Scene, tracer: &Tracer) -> Vec<Set> {
 }
 
 fn primary_rays(scene: &Scene) -> Vec<Ray> {
-    let (width, height) = (200, 150);
+    let (width, height) = (400, 300);
     let frame = Frame::from_normal((scene.look_at - scene.eye).normalize());
     let ray = |i: usize| {
         let x = (i % width) as f32 / width as f32 - 0.5;
