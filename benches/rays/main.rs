@@ -1,18 +1,17 @@
 //! Mrays per CPU-second of every kernel, side by side on the same rays.
 //!
-//! `cargo bench --bench rays` prints one table a scene: the portable kernel (obvhs' traversal), the
+//! `cargo bench --bench rays [-- terrain | kitchen]` prints one table a scene: the portable kernel (obvhs' traversal), the
 //! wide one with single rays and with bundles, and their ratios. Kernels take turns and the best of
-//! five rounds counts, so that other work on the machine disturbs all of them alike.
+//! seven rounds counts, so that other work on the machine disturbs all of them alike.
 
 mod terrain;
 
-use std::time::Instant;
-
 use glam::Vec3;
 use lightbench::sample::{Frame, Rng, equal_area_hemisphere};
+use lightbench::scene::{Needs, find_scene};
 use lightbench::trace::{Caster, Hit, Kernel, Ray, RayCounter, Tracer, offset_origin};
 
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 7;
 const RECORDS: usize = 160;
 const SIDE: usize = 32;
 
@@ -26,24 +25,56 @@ pub struct Scene {
 }
 
 fn main() {
-    report(&terrain::scene());
+    let filter = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    let wanted = |name: &str| filter.as_ref().is_none_or(|f| f == name);
+    if wanted("terrain") {
+        report(&terrain::scene());
+    }
+    if wanted("kitchen") {
+        match kitchen() {
+            Some(scene) => report(&scene),
+            None => println!("kitchen: skipped, not found through LIGHTBENCH_SCENES"),
+        }
+    }
 }
 
-/// CPU time of this thread where the kernel tells it, else elapsed time. Nanoseconds.
-fn cpu_ns() -> u64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let told = told.and_then(|text| text.split_whitespace().next()?.parse().ok());
-    told.unwrap_or_else(|| {
-        static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-        START.get_or_init(Instant::now).elapsed().as_nanos() as u64
+/// The kitchen of the published test scenes, seen from its first view.
+fn kitchen() -> Option<Scene> {
+    let description = find_scene("kitchen").ok()?;
+    let loaded = lightbench::scene::Scene::build(&description, Needs::default()).ok()?;
+    let view = loaded.views.first()?;
+    let eye = view.origin.as_vec3();
+    Some(Scene {
+        name: "kitchen",
+        eye,
+        look_at: eye + view.forward.as_vec3(),
+        positions: loaded.positions,
+        triangles: loaded.triangles,
     })
+}
+
+/// CPU time of this thread in seconds.
+#[cfg(unix)]
+fn cpu_seconds() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+/// Elapsed seconds, where CPU time is not at hand.
+#[cfg(not(unix))]
+fn cpu_seconds() -> f64 {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    START
+        .get_or_init(std::time::Instant::now)
+        .elapsed()
+        .as_secs_f64()
 }
 
 /// Seconds of CPU time, and the result.
 fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let start = cpu_ns();
+    let start = cpu_seconds();
     let result = work();
-    ((cpu_ns() - start) as f64 * 1e-9, result)
+    (cpu_seconds() - start, result)
 }
 
 /// A set of rays with the ways to cast it.
@@ -169,23 +200,24 @@ fn row(set: &Set, portable: &Tracer, wide: &Tracer) {
     );
 }
 
-/// How two threads scale on each record set, by elapsed time.
+/// How two threads scale on each record set: twice the CPU time of one thread alone over that of one
+/// of two. Other work on the machine costs elapsed time but little CPU time.
 fn threads(sets: &[Set], wide: &Tracer) {
     for set in sets.iter().filter(|s| s.work.has_bundles()) {
         let counter = RayCounter::default();
-        let run = || set.work.cast(&wide.caster(&counter), true);
-        let elapsed = |threads: usize| {
-            let start = Instant::now();
+        let run = || timed(|| set.work.cast(&wide.caster(&counter), true)).0;
+        let slowest = |threads: usize| {
             std::thread::scope(|scope| {
-                for _ in 0..threads {
-                    scope.spawn(run);
-                }
-            });
-            start.elapsed().as_secs_f64()
+                let workers: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
+                workers
+                    .into_iter()
+                    .map(|w| w.join().unwrap_or(f64::INFINITY))
+                    .fold(0.0, f64::max)
+            })
         };
         let best = |threads| {
             (0..ROUNDS)
-                .map(|_| elapsed(threads))
+                .map(|_| slowest(threads))
                 .fold(f64::INFINITY, f64::min)
         };
         println!(

@@ -79,7 +79,7 @@ impl<'a> Caster<'a> {
     }
 
     /// Closest hits of many rays of one origin in `(0, t_max]`, one for each direction. `hits` must
-    /// be as long as `directions`. The answers are those of [`Caster::closest`].
+    /// be as long as `directions`, which have unit length. The answers are those of [`Caster::closest`].
     pub fn closest_bundle(
         &self,
         origin: Vec3,

@@ -218,13 +218,14 @@ fn emit(plan: &Plan, corners: impl Fn(u32) -> [Vec3; 3]) -> (Vec<Node>, Vec<Bloc
     (nodes, blocks, stack_entries)
 }
 
-/// Writes one slot. The box grows by a few units in the last place, so that a box never decides
-/// what the rounding of a triangle test should.
+/// Writes one slot. The box grows by 2⁻²¹ of its coordinates and 2⁻²² of its extent, more than the
+/// rounding of box tests and of triangles relative to a vertex, so that a box never decides what a
+/// triangle test should.
 fn set_child(node: &mut Node, lane: usize, source: &Bvh2Node, index: u32) {
     let (low, high) = (source.aabb().min, source.aabb().max);
     let extent = (high - low).max_element() * f32::EPSILON;
     for axis in 0..3 {
-        let pad = |plane: f32| 2.0 * extent + plane.abs() * f32::EPSILON;
+        let pad = |plane: f32| 2.0 * extent + 4.0 * plane.abs() * f32::EPSILON;
         node.planes[2 * axis][lane] = low[axis] - pad(low[axis]);
         node.planes[2 * axis + 1][lane] = high[axis] + pad(high[axis]);
     }

@@ -13,7 +13,7 @@ use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
 
 use super::query::{RayTree, Scratch};
-use super::tracer::binary_tree;
+use super::tracer::{MEDIUM, binary_tree};
 use super::{Hit, Ray};
 
 /// Levels of a compressed tree that obvhs' fixed stack holds.
@@ -44,7 +44,7 @@ impl PortableTree {
             v2: t.v2 * scale,
         };
         let corners: Vec<Triangle> = corners.iter().map(scaled).collect();
-        let mut binary = binary_tree(&corners);
+        let mut binary = binary_tree(&corners, MEDIUM);
         let compressed = bvh2_to_cwbvh(&binary, 3, true, false);
         let (tree, indices) = if compressed_levels(&compressed) <= COMPRESSED_LEVELS {
             let indices = compressed.primitive_indices.clone();

@@ -1,9 +1,10 @@
 //! One ray against the eight-wide tree: one instruction stream per node tests all eight boxes.
 //!
 //! A box is entered where the ray is past all near planes and before all far planes. With
-//! `t = plane·r − o·r`, `r = 1/d`, a plane costs one fused operation. `r` and `o·r` are prepared twice,
-//! rounded so that near planes never come out too far nor far planes too near: a box test never
-//! loses a hit, however flat the box or however parallel the ray.
+//! `t = plane·r − o·r`, `r = 1/d`, a plane costs one fused operation. `o·r` is prepared twice, so that
+//! near planes never come out too far nor far planes too near by any rounding that grows with the
+//! origin; what grows with the planes is in the boxes (see [`super::collapse`]). A box test therefore
+//! loses no hit, however flat the box or however parallel the ray.
 //!
 //! Near and far are compared as integers: for non-negative floats the order of the bits is the order
 //! of the values, and a negative far plane (box behind the origin) is below every `t_min ≥ 0`.
@@ -20,7 +21,7 @@ use super::{Hit, Ray};
 
 /// A direction component this small is as good as parallel to the planes of its axis.
 const PARALLEL: f32 = 1e-18;
-/// Bounds the rounding of a plane's distance, relative to each of its two terms.
+/// Bounds the rounding of a plane's distance, relative to `o/d`.
 const SLACK: f32 = 4.0 * f32::EPSILON;
 
 /// `1/d`, finite for a ray parallel to the planes.
@@ -30,10 +31,10 @@ pub fn reciprocal(d: f32) -> f32 {
 
 /// A ray prepared for box and triangle tests.
 pub struct Beam {
-    /// `1/d` and `o/d`, rounded for the near planes and for the far ones.
-    near_scale: Vec3x8,
+    /// `1/d`.
+    scale: Vec3x8,
+    /// `o/d`, moved by more than all rounding that grows with `o`.
     near_shift: Vec3x8,
-    far_scale: Vec3x8,
     far_shift: Vec3x8,
     /// Rows of the near planes; the far plane of an axis is the other row of the pair.
     near_row: [usize; 3],
@@ -50,16 +51,14 @@ impl Beam {
     pub fn new(ray: &Ray) -> Self {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
         let scale = d.map(reciprocal);
-        let [near_scale, far_scale] = [1.0 - SLACK, 1.0 + SLACK].map(|f| scale.map(|s| s * f));
-        let shift = |scale: [f32; 3], slack: f32| {
+        let shift = |slack: f32| {
             let each = |a: usize| o[a] * scale[a] + (o[a] * scale[a]).abs() * slack;
             Vec3x8::splat([each(0), each(1), each(2)])
         };
         Self {
-            near_scale: Vec3x8::splat(near_scale),
-            near_shift: shift(near_scale, SLACK),
-            far_scale: Vec3x8::splat(far_scale),
-            far_shift: shift(far_scale, -SLACK),
+            scale: Vec3x8::splat(scale),
+            near_shift: shift(SLACK),
+            far_shift: shift(-SLACK),
             near_row: [0, 1, 2].map(|a| 2 * a + usize::from(scale[a] < 0.0)),
             origin: Vec3x8::splat(o),
             direction: Vec3x8::splat(d),
@@ -75,12 +74,12 @@ impl Beam {
         // SAFETY: rows are 2a or 2a + 1 for an axis a < 3, and so are they after `^ 1`.
         let plane = |row: usize| load(unsafe { node.planes.get_unchecked(row) });
         let [x, y, z] = self.near_row;
-        let near_x = _mm256_fmsub_ps(plane(x), self.near_scale.x, self.near_shift.x);
-        let near_y = _mm256_fmsub_ps(plane(y), self.near_scale.y, self.near_shift.y);
-        let near_z = _mm256_fmsub_ps(plane(z), self.near_scale.z, self.near_shift.z);
-        let far_x = _mm256_fmsub_ps(plane(x ^ 1), self.far_scale.x, self.far_shift.x);
-        let far_y = _mm256_fmsub_ps(plane(y ^ 1), self.far_scale.y, self.far_shift.y);
-        let far_z = _mm256_fmsub_ps(plane(z ^ 1), self.far_scale.z, self.far_shift.z);
+        let near_x = _mm256_fmsub_ps(plane(x), self.scale.x, self.near_shift.x);
+        let near_y = _mm256_fmsub_ps(plane(y), self.scale.y, self.near_shift.y);
+        let near_z = _mm256_fmsub_ps(plane(z), self.scale.z, self.near_shift.z);
+        let far_x = _mm256_fmsub_ps(plane(x ^ 1), self.scale.x, self.far_shift.x);
+        let far_y = _mm256_fmsub_ps(plane(y ^ 1), self.scale.y, self.far_shift.y);
+        let far_z = _mm256_fmsub_ps(plane(z ^ 1), self.scale.z, self.far_shift.z);
         let t_min = _mm256_castps_si256(_mm256_set1_ps(self.t_min));
         let t_max = _mm256_castps_si256(_mm256_set1_ps(t_max));
         let near = max_bits(
@@ -124,14 +123,15 @@ impl WideTree {
     #[inline]
     pub(super) fn node(&self, child: u32) -> &Node {
         debug_assert!(child & LEAF == 0);
-        // SAFETY: children without `LEAF` are indices of nodes; `collapse` pushes the node first.
+        // SAFETY: `collapse` sets `LEAF` or the index of a node it has pushed.
         unsafe { self.nodes.get_unchecked(child as usize) }
     }
 
     #[inline]
     pub(super) fn block(&self, child: u32) -> &Block {
         debug_assert!(child & LEAF != 0);
-        // SAFETY: children with `LEAF` that a ray can enter are indices of blocks, see `collapse`.
+        // SAFETY: `collapse` sets the index of a block it has pushed, and every tree has a block 0,
+        // which empty slots name.
         unsafe { self.blocks.get_unchecked((child & !LEAF) as usize) }
     }
 
