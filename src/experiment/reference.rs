@@ -151,11 +151,12 @@ impl ReferenceStore {
     ) -> Result<(), ImageError> {
         reference.wanted = wanted;
         let mut stored = Instant::now();
+        let function = technique.shading_function(frame);
         while reference.samples < wanted {
             progress(reference.samples, wanted);
             let start = Instant::now();
             let counter = RayCounter::default();
-            let (pass, non_finite) = reference_pass(technique, frame, reference.samples, &counter);
+            let (pass, non_finite) = reference_pass(function.as_ref(), frame, reference.samples, &counter);
             reference.add(&pass);
             reference.non_finite += non_finite;
             reference.seconds += start.elapsed().as_secs_f64();
