@@ -1,4 +1,4 @@
-//! An axis of a plot: linear, or logarithmic where the data spans more than a factor of ten.
+//! An axis of a plot: linear, or logarithmic where the data spans a factor of ten.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub struct Axis {
 
 impl Axis {
     /// An axis that shows all finite values with a margin. Logarithmic when all are positive and the
-    /// largest is more than ten times the smallest; otherwise linear, and from zero if `from_zero`.
+    /// largest is at least ten times the smallest; otherwise linear, and from zero if `from_zero`.
     pub fn over(values: impl Iterator<Item = f64>, from_zero: bool) -> Self {
         let (low, high) = values
             .filter(|v| v.is_finite())
@@ -25,7 +25,7 @@ impl Axis {
         if low > high {
             return Self::linear(0.0, 1.0);
         }
-        if low > 0.0 && high > 10.0 * low {
+        if low > 0.0 && high >= 10.0 * low {
             let margin = (high / low).powf(0.06);
             return Self::logarithmic(low / margin, high * margin);
         }
@@ -44,7 +44,7 @@ impl Axis {
     }
 
     fn linear(low: f64, high: f64) -> Self {
-        let rough = (high - low) / 5.0;
+        let rough = (high - low) / 6.0;
         let power = 10f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0]
             .map(|m| m * power)

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::column::Unit;
 use super::data::{Data, SceneOf, SweepPoint};
-use super::number;
+use super::number::Style;
 use crate::experiment::{Expression, Judged, Verdict, judge, overall};
 
 /// A claim or gate with its verdicts.
@@ -111,15 +112,19 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
 
 fn sides(smaller: f64, larger: f64) -> String {
     let sign = if smaller < larger { "<" } else { "≥" };
-    format!("{} {sign} {}", number::lone(smaller), number::lone(larger))
+    let style = Style::of(Unit::None, [smaller, larger].into_iter());
+    format!("{} {sign} {}", style.number(smaller), style.number(larger))
 }
 
 fn margin(judged: &Judged) -> String {
-    let difference = number::lone(judged.larger - judged.smaller);
-    match judged.half_width {
+    let difference = judged.larger - judged.smaller;
+    let half = judged.half_width;
+    let style = Style::of(Unit::None, [difference].into_iter().chain(half));
+    let difference = style.number(difference);
+    match half {
         Some(half) => format!(
             "{difference} ± {} ({} seeds)",
-            number::lone(half),
+            style.number(half),
             judged.repeats
         ),
         None => format!("{difference} (one run)"),

@@ -54,16 +54,16 @@ type Files = (Vec<String>, String);
 
 /// Writes `<name>.svg` and `<name>.png`; says why when there is nothing to draw.
 pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>> {
-    let (scenes, panels) = panels(data, spec);
+    let (columns, panels) = panels(data, spec);
     if panels
         .iter()
         .all(|p| p.curves.iter().all(|c| c.points.is_empty()))
     {
         return Ok(Err("no finished job has the quantities of its axes".into()));
     }
-    let rows = panels.len().div_ceil(scenes.max(1));
+    let rows = panels.len().div_ceil(columns.max(1));
     let size = (
-        PANEL.0 * scenes as u32,
+        PANEL.0 * columns as u32,
         TITLE + PANEL.1 * rows as u32 + LEGEND,
     );
     let sheet = Sheet {
@@ -73,7 +73,7 @@ pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>>
             &spec.title
         },
         panels: &panels,
-        grid: (rows, scenes),
+        grid: (rows, columns),
     };
     let mut svg = String::new();
     let mut bytes = vec![0; (size.0 * size.1 * 3) as usize];
@@ -106,7 +106,7 @@ fn register_font() -> Result<(), String> {
         .map_err(|_| "the embedded typeface cannot be read".to_owned())
 }
 
-/// All panels, metric by metric, and the number of scenes.
+/// All panels, scene by scene, and the number of metrics.
 fn panels(data: &Data, spec: &FigureSpec) -> (usize, Vec<Panel>) {
     let x = spec.x.as_deref().unwrap_or("caches");
     let default = ["rmse".to_owned()];
@@ -115,17 +115,14 @@ fn panels(data: &Data, spec: &FigureSpec) -> (usize, Vec<Panel>) {
     } else {
         &spec.y
     };
-    let scenes: Vec<&SceneOf> = data
+    let panels = data
         .scenes
         .iter()
-        .filter(|s| shows_scene(spec, s))
-        .collect();
-    let panels = metrics
-        .iter()
-        .flat_map(|y| scenes.iter().map(move |scene| (scene, y)))
+        .filter(|scene| shows_scene(spec, scene))
+        .flat_map(|scene| metrics.iter().map(move |y| (scene, y)))
         .map(|(scene, y)| panel(data, spec, (scene, x, y)))
         .collect();
-    (scenes.len(), panels)
+    (metrics.len(), panels)
 }
 
 fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) -> Panel {
@@ -141,6 +138,7 @@ fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) 
         })
         .collect();
     let all = || curves.iter().flat_map(|c| &c.points);
+    // The embedded face has no arrows.
     let heading = |key: &str| {
         let column = Column::of(key);
         let unit = Style::of(column.unit, [1.0].into_iter()).unit;
@@ -149,22 +147,22 @@ fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) 
         } else {
             format!(", {unit}")
         };
-        format!("{}{unit}{}", column.heading, column.arrow())
+        format!("{}{unit}", column.heading)
     };
     Panel {
         title: scene.title(),
         x: (heading(x), Axis::over(all().map(|p| p.0), false)),
-        y: (
-            heading(y),
-            Axis::over(all().flat_map(|p| [p.1, reach(p)]), true),
-        ),
+        y: (heading(y), Axis::over(all().flat_map(ends), true)),
         curves,
     }
 }
 
-/// The upper end of an interval.
-fn reach(point: &(f64, f64, f64)) -> f64 {
-    point.1 + point.2
+/// A value and the ends of its interval, the lower one only where it is positive.
+fn ends(point: &(f64, f64, f64)) -> impl Iterator<Item = f64> {
+    let (_, y, half) = *point;
+    [y, y + half]
+        .into_iter()
+        .chain((y > half).then_some(y - half))
 }
 
 fn points(

@@ -18,9 +18,11 @@ impl Estimate {
     pub fn new(by_seed: BTreeMap<u64, f64>) -> Option<Self> {
         let values: Vec<f64> = by_seed.values().copied().collect();
         let summary = Summary::of(&values)?;
+        // Equal values have their own mean: no rounding, which would look like a spread.
+        let equal = values.iter().all(|v| *v == values[0]);
         Some(Self {
-            mean: summary.mean,
-            half_width: summary.half_width,
+            mean: if equal { values[0] } else { summary.mean },
+            half_width: summary.half_width.map(|h| if equal { 0.0 } else { h }),
             by_seed,
         })
     }

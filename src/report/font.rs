@@ -31,13 +31,6 @@ impl Ink {
     pub fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
-
-    pub fn gray(self) -> Self {
-        Self {
-            color: [0.35; 3],
-            ..self
-        }
-    }
 }
 
 /// Where a text stands relative to its position.

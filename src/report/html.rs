@@ -18,7 +18,7 @@ use super::table_kinds;
 const TEMPLATE: &str = include_str!("report.html");
 
 /// Columns of numbers that fit the page.
-const COLUMNS: usize = 9;
+const COLUMNS: usize = 8;
 
 /// A line of the list of failures.
 #[derive(Serialize)]

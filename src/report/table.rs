@@ -80,6 +80,9 @@ impl Table {
     /// The table split at group borders so that no part has more than `columns` columns of numbers,
     /// unless a single group has.
     pub fn parts(&self, columns: usize) -> Vec<Table> {
+        if self.groups.is_empty() {
+            return vec![self.clone()];
+        }
         let mut parts: Vec<Table> = Vec::new();
         let mut first = 0;
         for group in &self.groups {

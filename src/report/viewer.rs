@@ -5,9 +5,10 @@ use std::io;
 use serde::Serialize;
 
 use super::canvas::painted;
+use super::column::Unit;
 use super::data::{Data, SceneOf};
 use super::escape;
-use super::number;
+use super::number::{self, Style};
 use super::pictures::Pictures;
 use super::side_by_side::bright_end;
 use crate::image::{Image, Plane, to_display, write_png_coded};
@@ -55,6 +56,11 @@ pub fn write(
         write_png_coded(&data.store.folder.join(&file), image).map_err(io::Error::other)?;
         Ok(escape::link(&file))
     };
+    let style = |column: &str| {
+        let values: Vec<f64> = there.iter().filter_map(|p| p.row.number(column)).collect();
+        Style::of(Unit::None, values.into_iter())
+    };
+    let styles = [style("rmse"), style("flip_ldr")];
     let mut frames = Vec::new();
     if let Some(reference) = there.iter().find_map(|p| p.reference.as_ref()) {
         frames.push(Frame {
@@ -75,11 +81,11 @@ pub fn write(
         let error = error
             .as_ref()
             .map(|e| put(format!("{label}_error"), &map(e, end)));
-        let value = |column: &str| {
+        let value = |column: &str, style: &Style| {
             pictures
                 .row
                 .number(column)
-                .map_or_else(|| "—".to_owned(), number::lone)
+                .map_or_else(|| "—".to_owned(), |v| style.number(v))
         };
         frames.push(Frame {
             label: label.clone(),
@@ -89,7 +95,11 @@ pub fn write(
             )?,
             flip: flip.transpose()?,
             error: error.transpose()?,
-            values: format!("RMSE {} · FLIP {}", value("rmse"), value("flip_ldr")),
+            values: format!(
+                "RMSE {} · FLIP {}",
+                value("rmse", &styles[0]),
+                value("flip_ldr", &styles[1])
+            ),
         });
     }
     Ok(Some(Viewer {

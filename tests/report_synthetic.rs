@@ -1,0 +1,378 @@
+//! Reports of results folders made by hand: every kind of table and figure, and the hard cases.
+
+mod report_support;
+
+use lightbench::image::{Image, read};
+use lightbench::report::{ReportError, write};
+use report_support::{Folder, Which, layers, picture};
+
+const METHODS: [(&str, f64); 4] = [("IM", 0.12), ("SD", 0.09), ("VGC", 0.08), ("VGC+DGS", 0.05)];
+
+fn which<'a>(scene: &'a str, label: &'a str, seed: u64) -> Which<'a> {
+    Which {
+        scene,
+        label,
+        seed,
+        caches: None,
+    }
+}
+
+/// Two scenes, four methods, three seeds; images of the first seed.
+fn complete(extra: &str) -> (tempfile::TempDir, Folder) {
+    let place = tempfile::tempdir().expect("folder");
+    let mut folder = Folder::new(&place.path().join("synthetic"), extra);
+    for scene in ["statues", "atrium"] {
+        for (label, error) in METHODS {
+            for seed in 1..=3 {
+                let spread = 1.0 + 0.01 * seed as f64;
+                let images = (seed == 1).then(|| layers(&picture(96, 54), error as f32 * 5.0));
+                folder.job(
+                    which(scene, label, seed),
+                    (error * spread, error * 0.3 * spread),
+                    images,
+                );
+            }
+        }
+    }
+    folder.write();
+    (place, folder)
+}
+
+const EVERYTHING: &str = r#"
+repeats = 3
+[[table]]
+name = "errors"
+title = "Errors"
+metrics = ["rmse", "flip_ldr", "psnr"]
+[[table]]
+name = "stages"
+kind = "stages"
+[[table]]
+name = "swept"
+kind = "sweep"
+[[figure]]
+name = "compare"
+title = "Comparison"
+kind = "side-by-side"
+[[figure]]
+name = "asked"
+kind = "side-by-side"
+scenes = ["stat*"]
+methods = ["IM", "VGC+DGS"]
+insets = [[0.1, 0.1, 0.2, 0.2], [0.9, 0.9, 0.5, 0.5], [0.0, 0.0, 0.0, 0.0]]
+[[figure]]
+name = "dots"
+kind = "records"
+[[figure]]
+name = "maps"
+kind = "discontinuity"
+methods = ["VGC+DGS"]
+[[figure]]
+name = "curve"
+kind = "curves"
+x = "seconds_total"
+y = ["rmse", "flip"]
+[[claim]]
+text = "The full method is best"
+where = "Fig. 6"
+expect = "rmse(VGC+DGS) < min(rmse(IM), rmse(SD))"
+[[claim]]
+text = "Turned around"
+where = "nowhere"
+expect = "rmse(VGC+DGS) > rmse(IM)"
+[[claim]]
+text = "Broken"
+where = "nowhere"
+expect = "rmse(VGC+DGS) is small"
+[[claim]]
+text = "Elsewhere"
+where = "nowhere"
+expect = "rmse(VGC) < 1"
+scenes = ["KITCHEN"]
+[[gate]]
+text = "Bounded"
+expect = "rmse(VGC) < 0.5"
+[[published]]
+where = "Table 2"
+scene = "ATRIUM"
+method = "VGC"
+values = { rmse = 0.0840, flip_ldr = 0.0245 }
+[[published]]
+where = "Table 9"
+scene = "ELSEWHERE"
+method = "VGC"
+values = { rmse = 1.0 }
+"#;
+
+#[test]
+fn a_complete_folder_gets_every_file() {
+    let (_place, folder) = complete(EVERYTHING);
+    let written = write(&folder.path).expect("report");
+    for file in &written.files {
+        assert!(file.is_file(), "{}", file.display());
+    }
+    for name in [
+        "figures/compare-statues.png",
+        "figures/compare-atrium.png",
+        "figures/asked-statues.png",
+        "figures/dots-atrium.png",
+        "figures/maps-statues.png",
+        "figures/curve.svg",
+        "figures/curve.png",
+        "tables/errors.csv",
+        "tables/errors.md",
+        "tables/errors.tex",
+        "tables/stages.md",
+        "tables/swept.tex",
+        "report.html",
+    ] {
+        assert!(written.files.contains(&folder.path.join(name)), "{name}");
+    }
+    assert!(!folder.path.join("figures/asked-atrium.png").exists());
+    let figure = read(&folder.path.join("figures/compare-statues.png")).expect("png");
+    assert!(figure.width > 1500 && figure.height > 400);
+    let again = write(&folder.path).expect("report");
+    assert_eq!(again.summary, written.summary);
+}
+
+#[test]
+fn equal_folders_give_equal_bytes() {
+    let (_a, first) = complete(EVERYTHING);
+    let (_b, second) = complete(EVERYTHING);
+    let files = write(&first.path).expect("report").files;
+    write(&second.path).expect("report");
+    for file in files {
+        let name = file.strip_prefix(&first.path).expect("inside");
+        let bytes = |folder: &Folder| std::fs::read(folder.path.join(name)).expect("file");
+        assert!(bytes(&first) == bytes(&second), "{}", name.display());
+    }
+}
+
+#[test]
+fn tables_show_means_intervals_ranks_and_the_papers_numbers() {
+    let (_place, folder) = complete(EVERYTHING);
+    let summary = write(&folder.path).expect("report").summary;
+    // 0.05 × (1.01, 1.02, 1.03): mean 0.051, half width 4.3027 × 0.0005 / √3.
+    let markdown = folder.text("tables/errors.md");
+    assert!(markdown.contains("**0.0510 ± 0.0012**"), "{markdown}");
+    assert!(markdown.contains("| 0.0840 |"), "{markdown}");
+    assert!(
+        markdown.contains("Mean rank: RMSE") && markdown.contains("**1.00**"),
+        "{markdown}"
+    );
+    let latex = folder.text("tables/errors.tex");
+    assert!(latex.contains("\\toprule") && latex.contains("\\textbf{0.0510 $\\pm$ 0.0012}"));
+    assert!(latex.contains("RMSE $\\downarrow$"));
+    let csv = folder.text("tables/errors.csv");
+    let line = csv
+        .lines()
+        .find(|l| l.starts_with("atrium,ATRIUM,,VGC,rmse,"))
+        .expect("a line");
+    let cells: Vec<&str> = line.split(',').collect();
+    assert!((cells[5].parse::<f64>().expect("mean") - 0.0816).abs() < 1e-12);
+    assert_eq!((cells[7], cells[8]), ("3", "0.084"));
+    assert!(folder.text("tables/stages.md").contains("shading points"));
+    for text in [
+        "holds",
+        "does not hold",
+        "cannot be read",
+        "no data",
+        "Gates",
+        "ELSEWHERE",
+    ] {
+        assert!(summary.contains(text), "{text} in {summary}");
+    }
+}
+
+#[test]
+fn a_sweep_has_a_block_per_scene_and_metric() {
+    let place = tempfile::tempdir().expect("folder");
+    let extra = r#"
+[[table]]
+name = "swept"
+kind = "sweep"
+metrics = ["rmse"]
+[[figure]]
+name = "curve"
+kind = "curves"
+x = "caches"
+[[claim]]
+text = "Better everywhere"
+where = "Fig. 7"
+expect = "rmse(VGC) < rmse(IM)"
+[[published]]
+where = "Fig. 7"
+scene = "STATUES"
+method = "VGC"
+at = { caches = 2000 }
+values = { rmse = 0.033 }
+"#;
+    let mut folder = Folder::new(&place.path().join("s"), extra);
+    for caches in [1000, 2000, 20_000] {
+        for (label, error) in [("IM", 3.0), ("VGC", 2.0)] {
+            let swept = Which {
+                caches: Some(caches),
+                ..which("statues", label, 1)
+            };
+            folder.job(swept, (error / (caches as f64).sqrt(), 0.1), None);
+        }
+    }
+    folder.write();
+    let written = write(&folder.path).expect("report");
+    let markdown = folder.text("tables/swept.md");
+    assert!(markdown.contains("caches: 20000"), "{markdown}");
+    assert!(
+        markdown.contains("| VGC (paper) | — | 0.0330 | — |"),
+        "{markdown}"
+    );
+    assert!(
+        written.summary.contains("statues caches=2000: holds"),
+        "{}",
+        written.summary
+    );
+    let svg = folder.text("figures/curve.svg");
+    assert!(
+        svg.contains("10k") && svg.contains("VGC"),
+        "logarithmic axis with ticks"
+    );
+}
+
+#[test]
+fn gaps_are_stated() {
+    let place = tempfile::tempdir().expect("folder");
+    let mut folder = Folder::new(&place.path().join("gaps"), EVERYTHING);
+    folder.job(
+        which("statues", "IM", 1),
+        (0.1, 0.05),
+        Some(layers(&picture(40, 30), 0.3)),
+    );
+    let failed = folder.job(which("statues", "SD", 1), (0.2, 0.1), None);
+    failed.status = "failed: 7 non-finite values".into();
+    let undefined = folder.job(which("statues", "VGC", 1), (f64::NAN, f64::INFINITY), None);
+    undefined.notes.push("40 records instead of 50".into());
+    folder.plan(which("statues", "VGC+DGS", 1));
+    folder.plan(which("atrium", "VGC+DGS", 1));
+    folder.write();
+    let summary = write(&folder.path).expect("report").summary;
+    for text in [
+        "failed: 7 non-finite values",
+        "2 of 5 jobs have no result yet",
+        "40 records instead of 50",
+        "image.exr",
+        "figure `maps` of atrium",
+        "—",
+    ] {
+        assert!(summary.contains(text), "{text} in {summary}");
+    }
+    let page = folder.text("report.html");
+    assert!(page.contains("7 non-finite values") && page.contains("Jobs without a result"));
+    assert!(folder.path.join("figures/compare-statues.png").is_file());
+}
+
+#[test]
+fn nothing_at_all_is_a_report_too() {
+    let place = tempfile::tempdir().expect("folder");
+    let folder = Folder::new(&place.path().join("empty"), EVERYTHING);
+    folder.write();
+    let written = write(&folder.path).expect("report");
+    assert!(written.summary.contains("no data"), "{}", written.summary);
+    let without_rows = place.path().join("planned");
+    let mut planned = Folder::new(&without_rows, "");
+    planned.plan(which("statues", "IM", 1));
+    planned.write();
+    assert!(
+        write(&without_rows)
+            .expect("report")
+            .summary
+            .contains("No finished job")
+    );
+}
+
+#[test]
+fn a_folder_without_results_is_an_error_that_says_so() {
+    let place = tempfile::tempdir().expect("folder");
+    let Err(ReportError::Io(error)) = write(place.path()) else {
+        panic!("an error was expected");
+    };
+    assert!(error.to_string().contains("plan.json"));
+    let (_place, folder) = complete("");
+    std::fs::write(folder.path.join("config.json"), "{").expect("write");
+    let message = write(&folder.path).expect_err("damaged").to_string();
+    assert!(message.contains("config.json"), "{message}");
+}
+
+#[test]
+fn odd_images_are_drawn() {
+    for (width, height) in [(1, 1), (1, 700), (900, 1), (7, 5), (1500, 40)] {
+        let place = tempfile::tempdir().expect("folder");
+        let mut folder = Folder::new(&place.path().join("odd"), EVERYTHING);
+        for (label, error) in METHODS {
+            let mut image = picture(width, height);
+            image.pixels[0] = [f32::NAN, f32::INFINITY, -1.0];
+            folder.job(
+                which("statues", label, 1),
+                (error, error),
+                Some(layers(&image, 0.4)),
+            );
+        }
+        folder.write();
+        let written = write(&folder.path).expect("report");
+        for name in ["compare", "dots", "maps"] {
+            let file = folder.path.join(format!("figures/{name}-statues.png"));
+            assert!(
+                file.is_file(),
+                "{name} {width}×{height}: {}",
+                written.summary
+            );
+        }
+    }
+}
+
+#[test]
+fn a_damaged_image_and_one_of_another_size_are_notes() {
+    let (_place, folder) = complete(EVERYTHING);
+    let jobs: Vec<_> = std::fs::read_dir(folder.path.join("jobs"))
+        .expect("jobs")
+        .map(|e| e.expect("entry").path().join("image.exr"))
+        .filter(|p| p.is_file())
+        .collect();
+    std::fs::write(&jobs[0], b"v/1\x01 cut short").expect("write");
+    let other = layers(&Image::new(3, 3), 0.0);
+    lightbench::image::write_exr(&jobs[1], &other, &Default::default()).expect("exr");
+    let summary = write(&folder.path).expect("report").summary;
+    assert!(
+        summary.contains("image.exr") && summary.contains("another size"),
+        "{summary}"
+    );
+}
+
+#[test]
+fn special_characters_stay_text() {
+    let place = tempfile::tempdir().expect("folder");
+    let label = "A&B_<script>alert(1)</script> 100%|x*";
+    let extra = EVERYTHING.replace("The full method is best", "<b>bold</b> & \\\"quoted\\\"");
+    let mut folder = Folder::new(&place.path().join("special"), &extra);
+    for seed in 1..=2 {
+        let images = Some(layers(&picture(32, 20), 0.3));
+        folder.job(which("sc/ene {1}", label, seed), (0.1, 0.2), images);
+    }
+    folder.write();
+    write(&folder.path).expect("report");
+    let page = folder.text("report.html");
+    assert!(!page.contains("<script>alert") && !page.contains("<b>bold"));
+    assert!(page.contains("&lt;script&gt;") || page.contains("&lt;script>"));
+    assert!(
+        folder
+            .text("tables/errors.tex")
+            .contains("A\\&B\\_\\textless{}script")
+    );
+    assert!(folder.text("tables/errors.md").contains("100%\\|x\\*"));
+    for entry in std::fs::read_dir(folder.path.join("figures")).expect("figures") {
+        let name = entry
+            .expect("entry")
+            .file_name()
+            .into_string()
+            .expect("text");
+        assert!(!name.contains(['/', '<', ' ', '{']), "{name}");
+    }
+}
