@@ -44,7 +44,7 @@ impl Kiddo<'_> {
                 let cosine = self.records.1[item.item as usize].dot(n);
                 if cosine >= least {
                     found.push(Neighbour {
-                        record: item.item as u32,
+                        record: item.item,
                         distance: self.rule.metric.distance(item.distance, cosine),
                     });
                 }

@@ -121,7 +121,7 @@ fn seeds_decide_and_threads_do_not() {
         pool.install(|| {
             (
                 records.refine(method, 60, seed).sites,
-                records.with(|i| method.map(i)),
+                records.with(|i| method.refine(i, 1, 1).map),
             )
         })
     };
@@ -168,7 +168,7 @@ fn a_flat_map_falls_back_to_uniform_and_says_so() {
             "{name}: {:?}",
             placement.notes
         );
-        if let Some(map) = records.with(|input| method.map(input)) {
+        if let Some(map) = records.with(|input| method.refine(input, 1, 1).map) {
             assert!(map.iter().all(|&v| v == 0.0), "{name}");
         }
     }
@@ -211,7 +211,7 @@ fn the_map_is_zero_at_records_and_background_and_at_most_three() {
     let points = room(64, 48);
     let records = Records::new(&points, 100, edge);
     for (name, method) in contenders() {
-        let Some(map) = records.with(|input| method.map(input)) else {
+        let Some(map) = records.with(|input| method.refine(input, 1, 1).map) else {
             continue;
         };
         assert_eq!(map.len(), 64 * 48, "{name}");
@@ -229,7 +229,7 @@ fn the_map_is_zero_at_records_and_background_and_at_most_three() {
 fn the_difference_terms_equal_a_direct_evaluation() {
     let points = room(40, 30);
     let records = Records::new(&points, 120, |p| p.x.sin() * 10.0 + p.y);
-    let map = records.with(|input| build("dgs", "terms = 'diff'").map(input));
+    let map = records.with(|input| build("dgs", "terms = 'diff'").refine(input, 1, 1).map);
     let map = map.expect("dgs has a map");
     let spreads = records
         .search

@@ -311,3 +311,41 @@ fn generated_shapes_report_unknown_generators() {
     let message = folder.build(text, Needs::GEOMETRY).unwrap_err();
     assert!(message.contains("no-such-thing"), "{message}");
 }
+
+#[test]
+fn obj_files_bring_their_materials() {
+    let folder = Folder::new();
+    folder.write("s/a.mtl", "newmtl red\nKd 1 0 0\nnewmtl lamp\nKe 5 5 5\n");
+    folder.write(
+        "s/a.obj",
+        "mtllib a.mtl\nmtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nusemtl red\nf 1 2 3\nusemtl lamp\nf 1 2 4\nusemtl what\nf 2 3 4\nusemtl red\nf 1 3 4\n",
+    );
+    let scene = folder.build(&obj("a.obj"), Needs::ALL).unwrap();
+    let counts: Vec<u32> = scene.shapes.iter().map(|s| s.triangle_count).collect();
+    assert_eq!(counts, [2, 1, 1]);
+    assert_eq!(scene.shapes[1].emission, Some([5.0; 3]));
+    let name = |shape: usize| {
+        scene.materials[scene.shapes[shape].material as usize]
+            .name
+            .as_str()
+    };
+    assert_eq!([name(0), name(1), name(2)], ["red", "lamp", "what"]);
+    assert_eq!(scene.report.notes.len(), 2, "{:?}", scene.report.notes);
+    folder.write(
+        "s/b.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl red\nf 1 3 2\nf 3 2 1\n",
+    );
+    let scene = folder.build(&obj("b.obj"), Needs::ALL).unwrap();
+    let counts: Vec<u32> = scene.shapes.iter().map(|s| s.triangle_count).collect();
+    assert_eq!(counts, [1, 2], "faces before the first usemtl are kept");
+    let one = folder
+        .build(
+            &format!(
+                "{}[material.m]\nkind = \"diffuse\"\n",
+                obj("a.obj") + "material = \"m\"\n"
+            ),
+            Needs::ALL,
+        )
+        .unwrap();
+    assert_eq!(one.shapes.len(), 1);
+}

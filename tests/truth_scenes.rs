@@ -5,7 +5,7 @@ mod truth_support;
 
 use std::path::{Path, PathBuf};
 
-use lightbench::image::Image;
+use lightbench::image::{Image, read};
 use lightbench::scene::{Needs, Scene, find_scene};
 use truth_support::{Agreement, agreement, reference, reference_file, small_render};
 
@@ -68,9 +68,9 @@ fn compare(folder: &str, name: &str, bounds: &Bounds) -> Option<Agreement> {
 const DEFAULT: Bounds = Bounds {
     reduction: 4,
     spp: 64,
-    relative: 0.02,
+    relative: 0.01,
     bad_blocks: 0.01,
-    mean: 0.01,
+    mean: 0.003,
 };
 
 #[test]
@@ -79,9 +79,14 @@ fn cornell_boxes() {
     compare("cornell-box", "cornell-box", &DEFAULT);
 }
 
+/// The plates are Beckmann in the file and GGX here: their highlights have other tails.
 #[test]
 fn veach_mis() {
-    compare("veach-mis", "veach-mis", &DEFAULT);
+    let bounds = Bounds {
+        bad_blocks: 0.12,
+        ..DEFAULT
+    };
+    compare("veach-mis", "veach-mis", &bounds);
 }
 
 #[test]
@@ -94,12 +99,46 @@ fn living_room() {
     compare("living-room", "living-room", &DEFAULT);
 }
 
+/// The blind is two half-transparent sheets 0.27 mm apart. The reference's rays start 0.35 mm off
+/// their surface and so jump over the second one; with that offset the image agrees to 0.3 %.
 #[test]
 fn kitchen() {
-    compare("kitchen", "kitchen", &DEFAULT);
+    let bounds = Bounds {
+        bad_blocks: 0.04,
+        mean: 0.035,
+        ..DEFAULT
+    };
+    compare("kitchen", "kitchen", &bounds);
 }
 
 #[test]
 fn bathroom() {
     compare("bathroom", "bathroom", &DEFAULT);
+}
+
+/// The published renders of another program (tent filter, longer paths). Its rough plastic lets light
+/// through by the Fresnel terms of a smooth boundary, without masking, so that wood is up to 5 %
+/// brighter and redder there.
+#[test]
+fn published_images() {
+    for (folder, tolerance) in [("cornell-box", 0.01), ("staircase", 0.06)] {
+        let Some(file) = scene_file(folder) else {
+            continue;
+        };
+        let published = file.with_file_name("reference_tungsten_half.exr");
+        let theirs = read(&published).expect("published image").box_downsample(8);
+        let description = find_scene(&file.to_string_lossy()).expect("scene");
+        let scene = Scene::build(&description, Needs::ALL).expect("scene");
+        let ours = small_render(&scene, [theirs.width, theirs.height], 48, 20);
+        let silent = theirs.map(|_| [0.0; 3]);
+        let found = agreement(&ours, &theirs, &silent, [8.0, tolerance]);
+        println!("{folder}: {found:?}");
+        assert!(found.bad_blocks <= 0.03, "{folder}: {found:?}");
+        for (ratio, sigma) in found.ratio.iter().zip(found.ratio_sigma) {
+            assert!(
+                (ratio - 1.0).abs() < 3.5 * sigma + tolerance,
+                "{folder}: {found:?}"
+            );
+        }
+    }
 }

@@ -125,7 +125,7 @@ impl Tile {
         tree.for_each_block(centre, farthest, |block| {
             for slot in block {
                 let squared = squared_distance(tree.position[slot], centre);
-                if !(squared > farthest) {
+                if squared <= farthest {
                     let key = u64::from(squared.to_bits()) << 32 | slot as u64;
                     self.order.push(key);
                 }
@@ -139,7 +139,7 @@ impl Tile {
             self.previous = Some((centre, reach));
         }
         let farthest = within(reach) * within(reach);
-        let kept = self.order.partition_point(|key| !(squared(key) > farthest));
+        let kept = self.order.partition_point(|key| squared(key) <= farthest);
         self.order.truncate(kept);
         self.pack(search);
         reach
@@ -179,11 +179,11 @@ impl Tile {
             }
             let (squared, distance) = measure(group, query, search);
             self.squared.push(squared);
-            for lane in 0..LANES {
+            for (lane, &distance) in distance.iter().enumerate() {
                 // False for the NaN of records that the filter drops.
-                if distance[lane] <= self.chosen.worst {
+                if distance <= self.chosen.worst {
                     let record = group.record[lane];
-                    self.chosen.insert(squared[lane], record, distance[lane]);
+                    self.chosen.insert(squared[lane], record, distance);
                 }
             }
         }
@@ -206,11 +206,10 @@ impl Tile {
         self.ranked.clear();
         for (g, group) in self.groups.iter().enumerate() {
             let (squared, _) = measure(group, query, search);
-            for lane in 0..LANES {
-                if group.record[lane] != u32::MAX {
-                    let place = (g * LANES + lane) as u32;
-                    self.ranked
-                        .push((squared[lane].to_bits(), group.record[lane], place));
+            for (lane, squared) in squared.iter().enumerate() {
+                let (record, place) = (group.record[lane], g * LANES + lane);
+                if record != u32::MAX {
+                    self.ranked.push((squared.to_bits(), record, place as u32));
                 }
             }
         }

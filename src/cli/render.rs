@@ -115,11 +115,12 @@ fn exact(technique: &dyn Technique, frame: &Frame) -> Rendered {
     let counter = RayCounter::default();
     let mut stages = Stages::default();
     let samples = technique.reference_samples(frame.spp);
+    let function = technique.shading_function(frame);
     let mut sums = vec![[0.0f64; 3]; frame.pixels()];
     let mut non_finite = 0;
     stages.time("rendering", || {
         for sample in 0..samples {
-            let (pass, dropped) = reference_pass(technique, frame, sample, &counter);
+            let (pass, dropped) = reference_pass(function.as_ref(), frame, sample, &counter);
             non_finite += dropped;
             for (sum, value) in sums.iter_mut().zip(&pass.pixels) {
                 (0..3).for_each(|c| sum[c] += f64::from(value[c]));
@@ -154,6 +155,9 @@ fn settings(
     description: &mut SceneDescription,
 ) -> Result<(Table, Table), Failure> {
     let (mut method, mut technique) = (Table::new(), Table::new());
+    if entry.about.parameters.iter().any(|p| p.key == "seed") {
+        technique.insert("seed".into(), Value::Integer(args.seed as i64));
+    }
     for text in &args.settings {
         let Override { key, values } = Override::parse(text)?;
         let [value] = values.as_slice() else {

@@ -52,9 +52,10 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     lines.iter().for_each(|line| println!("{line}"));
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
+    let function = technique.shading_function(&frame);
     for sample in 0..technique.reference_samples(frame.spp) {
         let mut exact = [[0.0; 3]];
-        let non_finite = technique.reference_pixels(&frame, &caster, (pixel, sample), &mut exact);
+        let non_finite = function.pixels(&caster, (pixel, sample), &mut exact);
         println!("exact, sample {sample}: {:?}, {non_finite} non-finite", exact[0]);
     }
     Ok(exit::OK)

@@ -184,6 +184,10 @@ impl Planner<'_> {
             let message = format!("no technique is called `{}`; known: {}", config.technique, known.join(", "));
             self.source.error(&["technique"], message)
         })?;
+        if !technique.distributions {
+            let message = format!("{} has no contenders to compare; use `lightbench render`", technique.about.id);
+            return Err(self.source.error(&["technique"], message));
+        }
         (technique.build)(&config.parameters).map_err(|error| {
             let path = ["parameters", error.key.as_deref().unwrap_or("")];
             self.source.error(&path, error.message)

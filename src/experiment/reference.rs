@@ -105,7 +105,8 @@ impl Reference {
         };
         let number = |key: &str| file.attributes.get(key).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
         Ok(Self {
-            mean: layer("mean")?,
+            // The first layer of a file is its picture, without a name.
+            mean: layer("")?,
             deviations: layer("deviations")?,
             samples: number("samples") as u32,
             wanted: number("wanted") as u32,
@@ -150,11 +151,12 @@ impl ReferenceStore {
     ) -> Result<(), ImageError> {
         reference.wanted = wanted;
         let mut stored = Instant::now();
+        let function = technique.shading_function(frame);
         while reference.samples < wanted {
             progress(reference.samples, wanted);
             let start = Instant::now();
             let counter = RayCounter::default();
-            let (pass, non_finite) = reference_pass(technique, frame, reference.samples, &counter);
+            let (pass, non_finite) = reference_pass(function.as_ref(), frame, reference.samples, &counter);
             reference.add(&pass);
             reference.non_finite += non_finite;
             reference.seconds += start.elapsed().as_secs_f64();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::members::{Bounds, Member, partition};
+use super::members::{Bounds, Member, NORMAL, partition};
 use super::vgc::Growth;
 
 /// A mean normal shorter than this means that the normals cancel: the spread counts as a full turn.
@@ -79,7 +79,7 @@ impl Cones {
             return found(whole);
         }
         let bounds = Bounds::around(members);
-        let axis = bounds.widest(3..6);
+        let axis = bounds.widest(&NORMAL);
         if bounds.extent(axis) <= 0.0 {
             return found(whole);
         }

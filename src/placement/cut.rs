@@ -6,12 +6,17 @@ use rayon::prelude::*;
 
 use super::cones::Cones;
 use super::hierarchy::{Hierarchy, Split};
-use super::members::{Bounds, Member, halve, partition};
+use super::members::{Bounds, Member, POSITION, halve, partition};
+
+/// Fewest nodes whose angular clusters are counted together.
+const BATCH: usize = 256;
 
 /// A cut through the spatial hierarchy.
 pub(super) struct Cut {
     /// Spatial clusters, by first member.
     pub nodes: Vec<u32>,
+    /// Whether the normals of each spatial cluster are within one cone.
+    whole: Vec<bool>,
     /// Clusters after the angular splits.
     pub clusters: usize,
     /// σ_s: the size of the last node that was split, scene units at the nearest depth. A cut of
@@ -20,34 +25,51 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// The cut with the most clusters that has at most `count`, or that of the root alone, with
-    /// more, if no cut has so few.
+    /// The cut with the most splits that has at most `count` clusters, or that of the root alone,
+    /// with more, if no cut has so few.
     ///
-    /// Splitting the j largest nodes is the cut at the size of the j-th. Bisects j; the angular
-    /// count of a node does not depend on j, so it is computed once, for all nodes a step needs in
-    /// parallel. Counts are monotone in j up to the angular splits' own jumps.
+    /// Splitting the j largest nodes is the cut at the size of the j-th, so σ_s is found among the
+    /// sizes themselves: starting from as many spatial clusters as wanted, the smallest splits are
+    /// undone until the angular ones fit. The angular count of a node does not depend on σ_s and is
+    /// computed once, in parallel, and only for nodes that a cut comes to.
+    ///
+    /// *differs:* from the paper's binary search only in being exact.
     pub fn find<F: Fn(&[Member]) -> Split + Sync>(
         tree: &Hierarchy<F>,
         cones: Cones,
         count: usize,
     ) -> Self {
         let order = tree.largest_first(count - 1);
-        let mut search = Search {
+        let mut opened = vec![false; tree.nodes.len()];
+        order.iter().for_each(|&i| opened[i as usize] = true);
+        let mut counts = AngularCounts {
             tree,
             cones,
-            angular: vec![0; tree.nodes.len()],
-            rank: vec![u32::MAX; tree.nodes.len()],
+            known: vec![0; tree.nodes.len()],
             limit: u32::try_from(count).unwrap_or(u32::MAX).saturating_add(1),
         };
-        for (rank, &node) in order.iter().enumerate() {
-            search.rank[node as usize] = rank as u32;
+        let leaves = tree.cut(|i| opened[i as usize]);
+        counts.learn(&leaves);
+        let mut clusters: usize = leaves.iter().map(|&i| counts.of(i)).sum();
+        let mut splits = order.len();
+        let mut learned = splits;
+        while clusters > count && splits > 0 {
+            if splits == learned {
+                learned = splits.saturating_sub((clusters - count).max(BATCH));
+                counts.learn(&order[learned..splits]);
+            }
+            splits -= 1;
+            let node = order[splits];
+            let children = tree.nodes[node as usize].children;
+            clusters = clusters + counts.of(node) - counts.of(children) - counts.of(children + 1);
+            opened[node as usize] = false;
         }
-        let splits = search.bisect(order.len(), count);
-        let nodes = search.leaves(splits);
+        let nodes = tree.cut(|i| opened[i as usize]);
         Self {
-            clusters: search.total(splits),
-            size: tree.nodes[order[..splits].last().map_or(0, |&i| i as usize)].size,
+            whole: nodes.iter().map(|&i| counts.of(i) == 1).collect(),
             nodes,
+            clusters,
+            size: tree.nodes[order[..splits].last().map_or(0, |&i| i as usize)].size,
         }
     }
 
@@ -61,15 +83,19 @@ impl Cut {
         let mut tasks = Vec::with_capacity(self.nodes.len());
         let mut rest = &mut tree.members[..];
         let mut start = 0;
-        for &node in &self.nodes {
+        for (&node, &whole) in self.nodes.iter().zip(&self.whole) {
             let (own, tail) = rest.split_at_mut(tree.nodes[node as usize].len());
             let offset = start;
             start += own.len();
-            tasks.push((offset, own));
+            tasks.push((offset, own, whole));
             rest = tail;
         }
-        let split = |(offset, own): (usize, &mut [Member])| {
-            let mut ranges = Vec::new();
+        let split = |(offset, own, whole): (usize, &mut [Member], bool)| {
+            let mut ranges = Vec::with_capacity(1);
+            if whole {
+                ranges.push(offset..offset + own.len());
+                return ranges;
+            }
             cones.split(own, offset, &mut |range| {
                 ranges.push(range);
                 true
@@ -80,67 +106,30 @@ impl Cut {
     }
 }
 
-struct Search<'a, F> {
+/// How many clusters the angular splits make of each spatial cluster.
+struct AngularCounts<'a, F> {
     tree: &'a Hierarchy<F>,
     cones: Cones,
-    /// Angular clusters of each node, 0 where they are not known yet.
-    angular: Vec<u32>,
-    /// Position of each node among the splits.
-    rank: Vec<u32>,
+    /// 0 where it is not known yet.
+    known: Vec<u32>,
     /// Counting stops here.
     limit: u32,
 }
 
-impl<F: Fn(&[Member]) -> Split + Sync> Search<'_, F> {
-    fn leaves(&self, splits: usize) -> Vec<u32> {
-        self.tree.cut(|i| (self.rank[i as usize] as usize) < splits)
+impl<F: Fn(&[Member]) -> Split + Sync> AngularCounts<'_, F> {
+    fn of(&self, node: u32) -> usize {
+        self.known[node as usize] as usize
     }
 
-    /// Clusters when the largest `splits` nodes are split.
-    fn total(&mut self, splits: usize) -> usize {
-        let leaves = self.leaves(splits);
-        let unknown: Vec<u32> = leaves
-            .iter()
-            .copied()
-            .filter(|&i| self.angular[i as usize] == 0)
-            .collect();
+    fn learn(&mut self, nodes: &[u32]) {
         let count = |scratch: &mut Vec<Member>, &i: &u32| {
             let members = &self.tree.members[self.tree.nodes[i as usize].range()];
             self.cones.count(members, self.limit, scratch)
         };
-        let counts: Vec<u32> = unknown.par_iter().map_init(Vec::new, count).collect();
-        for (i, count) in unknown.into_iter().zip(counts) {
-            self.angular[i as usize] = count;
+        let counts: Vec<u32> = nodes.par_iter().map_init(Vec::new, count).collect();
+        for (&i, count) in nodes.iter().zip(counts) {
+            self.known[i as usize] = count;
         }
-        leaves
-            .iter()
-            .map(|&i| self.angular[i as usize] as usize)
-            .sum()
-    }
-
-    /// The largest number of splits with at most `count` clusters; 0 if there is none.
-    fn bisect(&mut self, most: usize, count: usize) -> usize {
-        let (mut low, mut high) = (most, most + 1);
-        loop {
-            let total = self.total(low);
-            if total <= count || low == 0 {
-                break;
-            }
-            // The first guesses fall in proportion to the excess, so that the large clusters,
-            // whose normals are costly to count, are hardly ever looked at.
-            high = low;
-            let share = (count as f64 / total as f64).powf(1.1).clamp(0.3, 0.97);
-            low = (low as f64 * share) as usize;
-        }
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            if self.total(middle) <= count {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        low
     }
 }
 
@@ -164,7 +153,7 @@ pub(super) fn split_largest(
             let range = clusters[i].clone();
             let own = &mut members[range.clone()];
             let bounds = Bounds::around(own);
-            let axis = bounds.widest(0..3);
+            let axis = bounds.widest(&POSITION);
             let middle = if bounds.extent(axis) > 0.0 {
                 partition(own, axis, bounds.middle(axis))
             } else {

@@ -5,12 +5,18 @@ use rayon::prelude::*;
 
 use crate::cache::ShadingPoints;
 
-/// Number of lanes of a member that are coordinates: position (0–2) and normal (3–5).
-pub(super) const COORDINATES: usize = 6;
-const DEPTH: usize = 6;
+/// Lanes of the position.
+pub(super) const POSITION: [usize; 3] = [0, 1, 2];
+/// Lanes of the normal.
+pub(super) const NORMAL: [usize; 3] = [4, 5, 6];
+/// All lanes that are coordinates.
+pub(super) const COORDINATES: [usize; 6] = [0, 1, 2, 4, 5, 6];
+/// Clusters of this many members fit a core's cache.
+const CACHED: usize = 1 << 14;
+const DEPTH: usize = 3;
 const INDEX: usize = 7;
 
-/// Lanes 0–2: position; 3–5: normal times the normal scale; 6: depth; 7: index of the point, as
+/// Lanes 0–2: position; 3: depth; 4–6: normal times the normal scale; 7: index of the point, as
 /// bits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member([f32; 8]);
@@ -22,7 +28,8 @@ impl Member {
             points.normal[index as usize] * normal_scale,
         );
         let depth = points.depth[index as usize];
-        Self([p.x, p.y, p.z, n.x, n.y, n.z, depth, f32::from_bits(index)])
+        let index = f32::from_bits(index);
+        Self([p.x, p.y, p.z, depth, n.x, n.y, n.z, index])
     }
 
     #[inline]
@@ -35,7 +42,7 @@ impl Member {
     }
 
     pub fn normal(&self) -> Vec3 {
-        Vec3::new(self.0[3], self.0[4], self.0[5])
+        Vec3::new(self.0[4], self.0[5], self.0[6])
     }
 
     #[inline]
@@ -99,6 +106,22 @@ impl Bounds {
         }
     }
 
+    /// The box around positions only, and the mean depth.
+    pub fn of_positions(members: &[Member]) -> (Self, f32) {
+        let mut bounds = Self::EMPTY;
+        let mut depth = 0.0f64;
+        for member in members {
+            for lane in 0..4 {
+                let value = member.0[lane];
+                let (min, max) = (&mut bounds.min[lane], &mut bounds.max[lane]);
+                *min = if value < *min { value } else { *min };
+                *max = if value > *max { value } else { *max };
+            }
+            depth += f64::from(member.depth());
+        }
+        (bounds, (depth / members.len() as f64) as f32)
+    }
+
     pub fn around(members: &[Member]) -> Self {
         let mut bounds = Self::EMPTY;
         members.iter().for_each(|m| bounds.add(m));
@@ -110,9 +133,8 @@ impl Bounds {
     }
 
     /// The axis of widest extent among `axes`; the first of equal ones.
-    pub fn widest(&self, axes: std::ops::Range<usize>) -> usize {
-        let first = axes.start;
-        axes.fold(first, |best, axis| {
+    pub fn widest(&self, axes: &[usize]) -> usize {
+        axes.iter().fold(axes[0], |best, &axis| {
             if self.extent(axis) > self.extent(best) {
                 axis
             } else {
@@ -132,18 +154,28 @@ impl Bounds {
 /// Moves members below `plane` to the front and returns how many there are.
 pub(super) fn partition(members: &mut [Member], axis: usize, plane: f32) -> usize {
     let (mut low, mut high) = (0, members.len());
-    loop {
-        while low < high && members[low].coordinate(axis) < plane {
-            low += 1;
+    if members.len() > CACHED {
+        // Large clusters are bound by memory: touch only what is on the wrong side.
+        loop {
+            while low < high && members[low].coordinate(axis) < plane {
+                low += 1;
+            }
+            while low < high && members[high - 1].coordinate(axis) >= plane {
+                high -= 1;
+            }
+            if low >= high {
+                return low;
+            }
+            members.swap(low, high - 1);
         }
-        while low < high && members[high - 1].coordinate(axis) >= plane {
-            high -= 1;
-        }
-        if low >= high {
-            return low;
-        }
-        members.swap(low, high - 1);
     }
+    for i in 0..members.len() {
+        // Swapping members that both belong above does no harm and saves a branch.
+        let below = members[i].coordinate(axis) < plane;
+        members.swap(low, i);
+        low += usize::from(below);
+    }
+    low
 }
 
 /// Moves the lower half along an axis to the front and returns its size.

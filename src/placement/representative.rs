@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::members::{Bounds, Member};
+use super::members::{Bounds, Member, POSITION};
 use super::pick::STREAM_MEMBER;
-use crate::cache::{DistanceMetric, NO_POINT, ShadingPoints};
+use crate::cache::{DistanceMetric, NO_POINT};
 use crate::sample::{Rng, hash};
 
 /// A uniformly random member, whatever the order of the members: the one with the least hash.
@@ -15,31 +15,43 @@ pub(super) fn random_member(members: &[Member], seed: u64) -> u32 {
     chosen.unwrap_or(NO_POINT)
 }
 
+/// How the member nearest to the average is found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Average {
+    pub metric: DistanceMetric,
+    /// Largest move of the average position, as a share of the box's sides.
+    pub jitter: f32,
+    /// What the members' normals are multiplied with.
+    pub normal_scale: f32,
+}
+
 /// The member nearest to the jittered average position and the average normal (Wu & Shen, eq. 2);
-/// the lower index of equals. Member positions must be unscaled. `jitter` is the largest move as a share of the box's sides.
-pub(super) fn nearest_to_average(
-    members: &[Member],
-    points: &ShadingPoints,
-    (metric, jitter): (DistanceMetric, f32),
-    seed: u64,
-) -> u32 {
-    let normal_of = |m: &Member| points.normal[m.index() as usize];
+/// the lower index of equals.
+pub(super) fn nearest_to_average(members: &[Member], rule: Average, seed: u64) -> u32 {
+    if let [only] = members {
+        return only.index();
+    }
+    let unscaled = if rule.normal_scale > 0.0 {
+        1.0 / rule.normal_scale
+    } else {
+        0.0
+    };
     let bounds = Bounds::around(members);
     let mut rng = rng_of(members, seed);
     let (mut position, mut normal) = (DVec3::ZERO, DVec3::ZERO);
     for member in members {
         position += member.position().as_dvec3();
-        normal += normal_of(member).as_dvec3();
+        normal += member.normal().as_dvec3();
     }
-    let shift = Vec3::from_array([0, 1, 2].map(|axis| {
+    let shift = Vec3::from_array(POSITION.map(|axis| {
         let unit = 2.0 * rng.next_f32() - 1.0;
-        jitter * unit * bounds.extent(axis)
+        rule.jitter * unit * bounds.extent(axis)
     }));
     let position = (position / members.len() as f64).as_vec3() + shift;
-    let normal = normal.normalize_or_zero().as_vec3();
+    let normal = normal.normalize_or_zero().as_vec3() * unscaled;
     let distance = |m: &Member| {
         let squared = m.position().distance_squared(position);
-        metric.distance(squared, normal_of(m).dot(normal))
+        rule.metric.distance(squared, m.normal().dot(normal))
     };
     let mut best = (f32::INFINITY, NO_POINT);
     for member in members {

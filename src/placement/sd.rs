@@ -1,15 +1,16 @@
 //! SD: spatial-directional clustering, a 6-D hierarchy of positions and scaled normals.
 
+use glam::Vec3;
+use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::hierarchy::{Hierarchy, Split};
 use super::members::{Bounds, COORDINATES, Member, pack};
 use super::pick::{adjust, choice};
-use super::representative::{nearest_to_average, random_member};
+use super::representative::{Average, nearest_to_average, random_member};
 use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
-use rayon::prelude::*;
 
 /// The settings that `min_cluster_size = "best"` tries.
 const SIZES: [usize; 6] = [1, 5, 10, 20, 50, 100];
@@ -140,10 +141,19 @@ impl FirstStage for SpatialDirectional {
         let mut opened = vec![false; tree.nodes.len()];
         splits.iter().for_each(|&i| opened[i as usize] = true);
         let clusters = tree.cut(|i| opened[i as usize]);
-        let mut sites: Vec<u32> = clusters
-            .par_iter()
-            .map(|&i| self.member(&tree.members[tree.nodes[i as usize].range()], points, seed))
-            .collect();
+        let average = Average {
+            metric: DistanceMetric::literal(points.diagonal, points.metres_per_unit),
+            jitter: 0.1,
+            normal_scale: scale,
+        };
+        let member = |&i: &u32| {
+            let members = &tree.members[tree.nodes[i as usize].range()];
+            match self.representative {
+                Representative::Random => random_member(members, seed),
+                Representative::NearestAverage => nearest_to_average(members, average, seed),
+            }
+        };
+        let mut sites: Vec<u32> = clusters.par_iter().map(member).collect();
         if sites.len() < count {
             notes.push(format!(
                 "clusters of more than {least} distinct points ran out at {}; the other {} records \
@@ -193,30 +203,23 @@ impl SpatialDirectional {
     }
 
     fn scale(&self, points: &ShadingPoints, usable: &[u32]) -> f32 {
-        let bounds = Bounds::around(&pack(points, usable, 1.0));
-        let side = |axis| f64::from(bounds.extent(axis));
+        let positions = usable.iter().map(|&i| points.position[i as usize]);
+        let (low, high) = positions.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        let side = (high - low).as_dvec3();
         let size = match self.normal_scale {
-            NormalScale::MeanSide => (side(0) + side(1) + side(2)) / 3.0,
-            NormalScale::Diagonal => (side(0).powi(2) + side(1).powi(2) + side(2).powi(2)).sqrt(),
+            NormalScale::MeanSide => side.element_sum() / 3.0,
+            NormalScale::Diagonal => side.length(),
         };
         (size / 8.0) as f32
-    }
-
-    fn member(&self, members: &[Member], points: &ShadingPoints, seed: u64) -> u32 {
-        match self.representative {
-            Representative::Random => random_member(members, seed),
-            Representative::NearestAverage => {
-                let metric = DistanceMetric::literal(points.diagonal, points.metres_per_unit);
-                nearest_to_average(members, points, (metric, 0.1), seed)
-            }
-        }
     }
 }
 
 /// The widest of the six extents and a plane through its middle.
 fn measure(members: &[Member]) -> Split {
     let bounds = Bounds::around(members);
-    let axis = bounds.widest(0..COORDINATES);
+    let axis = bounds.widest(&COORDINATES);
     Split {
         size: bounds.extent(axis),
         axis,

@@ -6,15 +6,16 @@ use serde::Deserialize;
 use super::cones::{Cones, Thresholds};
 use super::cut::Cut;
 use super::hierarchy::{Hierarchy, Split};
-use super::members::{Bounds, Member, pack};
+use super::members::{Bounds, Member, POSITION, pack};
 use super::pick::{adjust, choice};
-use super::representative::nearest_to_average;
+use super::representative::{Average, nearest_to_average};
 use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
 
-/// The suggested σ_a, degrees, for record counts at 1920 × 1080.
-const SUGGESTED: [(f64, f64); 4] = [(40e3, 25.0), (50e3, 22.0), (80e3, 18.0), (120e3, 15.0)];
+/// The suggested σ_a, degrees, for numbers of records.
+const SUGGESTED: [(f64, f64); 5] =
+    [(25e3, 25.0), (40e3, 25.0), (50e3, 22.0), (80e3, 18.0), (120e3, 15.0)];
 /// σ_a grows by this factor until the budget is feasible.
 const RAISE: f32 = 1.25;
 
@@ -87,9 +88,8 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
                 key: "angle_deg",
                 default: "auto",
                 unit: "°",
-                meaning: "σ_a, above 0 and up to 180, or auto: 25 up to 40K records, 22 at 50K, \
-                          18 at 80K, 15 from 120K, linear between, with the count scaled to \
-                          1920 × 1080 pixels",
+                meaning: "σ_a, above 0 and up to 180, or auto: 15 from 120K records, 18 at 80K, \
+                          22 at 50K, 25 from 40K to 25K, and more for fewer, up to 45",
             },
             Parameter {
                 key: "gamma",
@@ -151,8 +151,8 @@ fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
 }
 
 impl FirstStage for ViewGuided {
-    /// One hierarchy is grown; σ_s is bisected over its splits with memoised angular counts, to the
-    /// largest number of clusters that is at most `count`. Missing ones come from splitting the
+    /// One hierarchy is grown; σ_s is searched over its splits with memoised angular counts, down to
+    /// the smallest with at most `count` clusters. Missing ones come from splitting the
     /// clusters with the most members. If one spatial cluster already gives too many, σ_a is
     /// raised by factors of 1.25 and a note says so; at 180° surplus records leave at random.
     fn place(&self, points: &ShadingPoints, count: usize, seed: u64) -> Placement {
@@ -164,7 +164,7 @@ impl FirstStage for ViewGuided {
         let measure = |members: &[Member]| self.measure(members, &growth);
         let mut tree = Hierarchy::new(pack(points, &usable, 1.0), measure, 1);
         tree.grow_to(count);
-        let asked = self.asked_angle_deg(points, count);
+        let asked = self.asked_angle_deg(count);
         let mut thresholds = Thresholds {
             growth,
             angle_rad: asked.to_radians(),
@@ -191,10 +191,14 @@ impl FirstStage for ViewGuided {
         ];
         let mut clusters = cut.clusters_of(&mut tree, &Cones::new(thresholds));
         super::cut::split_largest(&mut tree.members, &mut clusters, count);
-        let rule = (self.metric(points), self.jitter as f32);
+        let rule = Average {
+            metric: self.metric(points),
+            jitter: self.jitter as f32,
+            normal_scale: 1.0,
+        };
         let mut sites: Vec<u32> = clusters
             .into_par_iter()
-            .map(|range| nearest_to_average(&tree.members[range], points, rule, seed))
+            .map(|range| nearest_to_average(&tree.members[range], rule, seed))
             .collect();
         if adjust(&mut sites, &usable, count, seed) < 0 {
             notes.push("even one spatial cluster splits too often: records left at random".into());
@@ -261,14 +265,8 @@ impl ViewGuided {
 
     /// The longest side of the members' box over the growth of σ_s at their mean depth.
     fn measure(&self, members: &[Member], growth: &Growth) -> Split {
-        let mut bounds = Bounds::EMPTY;
-        let mut depth = 0.0f64;
-        for member in members {
-            bounds.add(member);
-            depth += f64::from(member.depth());
-        }
-        let axis = bounds.widest(0..3);
-        let mean_depth = (depth / members.len() as f64) as f32;
+        let (bounds, mean_depth) = Bounds::of_positions(members);
+        let axis = bounds.widest(&POSITION);
         Split {
             size: bounds.extent(axis) / growth.factor(mean_depth),
             axis,
@@ -278,14 +276,10 @@ impl ViewGuided {
 
     /// *differs:* the paper sets the angle by the total budget; a placement knows only its own
     /// share of it.
-    fn asked_angle_deg(&self, points: &ShadingPoints, count: usize) -> f32 {
+    fn asked_angle_deg(&self, count: usize) -> f32 {
         match self.angle_deg {
             Angle::Degrees(degrees) => degrees as f32,
-            Angle::Word(Auto::Auto) => {
-                let pixels = (points.width * points.height).max(points.len());
-                let full = 1920.0 * 1080.0;
-                suggested_angle_deg(count as f64 * full / pixels as f64) as f32
-            }
+            Angle::Word(Auto::Auto) => suggested_angle_deg(count as f64) as f32,
         }
     }
 
@@ -297,10 +291,14 @@ impl ViewGuided {
     }
 }
 
-/// The paper's σ_a for a number of records at 1920 × 1080, linear between its values.
+/// The paper's σ_a for a number of records, linear between its values. *differs:* below 25K records,
+/// where the paper gives none, the angle grows with the logarithm of the count as it does between
+/// 40K and 120K, up to 45°: few records cannot pay for narrow cones.
 fn suggested_angle_deg(count: f64) -> f64 {
-    if count <= SUGGESTED[0].0 {
-        return SUGGESTED[0].1;
+    let (least, widest) = SUGGESTED[0];
+    if count <= least {
+        let per_fold = 10.0 / 3.0f64.ln();
+        return (widest + per_fold * (least / count.max(1.0)).ln()).min(45.0);
     }
     for pair in SUGGESTED.windows(2) {
         let ((low, from), (high, to)) = (pair[0], pair[1]);
@@ -308,7 +306,7 @@ fn suggested_angle_deg(count: f64) -> f64 {
             return from + (to - from) * (count - low) / (high - low);
         }
     }
-    SUGGESTED[3].1
+    SUGGESTED[SUGGESTED.len() - 1].1
 }
 
 #[cfg(test)]
@@ -334,7 +332,7 @@ mod tests {
     #[test]
     fn the_suggested_angle_passes_through_the_papers_values() {
         for (count, degrees) in [
-            (1e3, 25.0),
+            (10.0, 45.0),
             (25e3, 25.0),
             (40e3, 25.0),
             (50e3, 22.0),
@@ -345,5 +343,6 @@ mod tests {
             assert_eq!(suggested_angle_deg(count), degrees, "{count}");
         }
         assert!((suggested_angle_deg(100e3) - 16.5).abs() < 1e-9);
+        assert!((30.0..40.0).contains(&suggested_angle_deg(7.5e3)));
     }
 }

@@ -10,7 +10,7 @@ pub struct Estimate {
     pub mean: f64,
     /// Half width of the 95 % confidence interval of the mean; `None` for a single value.
     pub half_width: Option<f64>,
-    by_seed: BTreeMap<u64, f64>,
+    pub(super) by_seed: BTreeMap<u64, f64>,
 }
 
 impl Estimate {

@@ -77,7 +77,8 @@ impl ShapeDescription {
 /// Where the triangles of a shape come from.
 #[derive(Clone, Debug)]
 pub enum ShapeSource {
-    /// A Wavefront OBJ file; `part` selects one object or group by name.
+    /// A Wavefront OBJ file; `part` selects one object or group by name, or, as `usemtl NAME`, the
+    /// faces of one material.
     Obj {
         path: PathBuf,
         part: Option<String>,

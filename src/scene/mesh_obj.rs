@@ -2,16 +2,20 @@
 
 use std::borrow::Cow;
 use std::fmt::Write;
+use std::io::Read;
 use std::path::Path;
 
 use glam::{DVec3, Vec2, Vec3};
 
+use super::mesh_mtl::used_materials;
 use super::text::{advice, file_error};
 use super::{Mesh, SceneError};
 
-/// Loads all faces of an OBJ file, or those of the object or group called `part`.
+/// Loads all faces of an OBJ file, or those of the object or group called `part`, or, for a `part`
+/// like `usemtl stone`, those of one material.
 ///
-/// Polygons become fans, relative indices are resolved, material libraries are not read. Corners
+/// Polygons become fans, relative indices are resolved; material libraries are
+/// [`super::mesh_mtl`]'s. Corners
 /// without normal get a zero one, corners without texture coordinate (0, 0). Fails with the line on
 /// anything that cannot be read, on indices out of range, and on files without a face (truncated).
 pub(super) fn load_obj(path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
@@ -38,35 +42,63 @@ fn parse_obj(text: &str, path: &Path, part: Option<&str>) -> Result<Mesh, SceneE
         triangulate: true,
         ignore_points: true,
         ignore_lines: true,
-        ..Default::default()
     };
-    let no_library = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+    // Stands for all libraries: every material by its name, so that models are split by material.
+    let names = used_materials(&text);
+    let library = |_: &Path| {
+        let material = |name: &&str| tobj::Material {
+            name: (*name).to_owned(),
+            ..Default::default()
+        };
+        let indices = names
+            .iter()
+            .enumerate()
+            .map(|(i, name)| ((*name).to_owned(), i));
+        Ok((names.iter().map(material).collect(), indices.collect()))
+    };
+    let mut reader = "mtllib all\n".as_bytes().chain(text.as_bytes());
     let (models, _) =
-        tobj::load_obj_buf(&mut text.as_bytes(), &options, no_library).map_err(|error| {
-            match unreadable_line(&text) {
+        tobj::load_obj_buf(&mut reader, &options, library).map_err(
+            |error| match unreadable_line(&text) {
                 Some(found) => at(found),
                 None => file_error(path, error.to_string()),
-            }
-        })?;
-    collect(&models, path, part)
+            },
+        )?;
+    collect(&models, &names, path, part)
 }
 
 /// Joins the chosen models into one mesh.
-fn collect(models: &[tobj::Model], path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
+fn collect(
+    models: &[tobj::Model],
+    materials: &[&str],
+    path: &Path,
+    part: Option<&str>,
+) -> Result<Mesh, SceneError> {
+    let material_of = |model: &tobj::Model| {
+        let index = model.mesh.material_id? % materials.len().max(1);
+        materials.get(index).copied()
+    };
+    let chosen = |model: &tobj::Model| match part {
+        None => true,
+        Some(name) => match name.strip_prefix("usemtl ") {
+            Some(material) => material_of(model).unwrap_or("") == material,
+            None => name == model.name,
+        },
+    };
     let mut mesh = Mesh::default();
     let mut found = false;
-    for model in models {
-        if part.is_none_or(|name| name == model.name) {
-            found |= !model.mesh.indices.is_empty();
-            mesh.append(&convert(&model.mesh));
-        }
+    for model in models.iter().filter(|m| chosen(m)) {
+        found |= !model.mesh.indices.is_empty();
+        mesh.append(&convert(&model.mesh));
     }
     match part {
         Some(name) if !found => {
-            let mut names: Vec<&str> = models.iter().map(|m| m.name.as_str()).collect();
+            let mut names: Vec<String> = models.iter().map(|m| m.name.clone()).collect();
+            names.extend(materials.iter().map(|m| format!("usemtl {m}")));
             names.sort_unstable();
             names.dedup();
-            let message = format!("no object or group `{name}`; {}", advice(name, &names));
+            let known: Vec<&str> = names.iter().map(String::as_str).collect();
+            let message = format!("no object or group `{name}`; {}", advice(name, &known));
             Err(file_error(path, message))
         }
         _ => Ok(mesh),
@@ -335,6 +367,7 @@ mod tests {
         assert_eq!(part("right").unwrap().triangles.len(), 2);
         let error = part("rihgt").unwrap_err().to_string();
         assert!(error.contains("did you mean `right`"), "{error}");
+        assert_eq!(part("usemtl stone").unwrap().triangles.len(), 3);
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod geometry;
 mod load_toml;
 mod material;
 mod mesh;
+mod mesh_mtl;
 mod mesh_obj;
 mod mesh_ply;
 mod mesh_serialized;

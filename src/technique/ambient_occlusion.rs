@@ -9,7 +9,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{CachedFunction, Frame, Lookup, Site, Technique};
+use super::{CachedFunction, Frame, Lookup, ShadingFunction, Site, Technique};
 use crate::cache::Neighbour;
 use crate::registry::{self, About, Bias, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::{Frame as LocalFrame, equal_area_hemisphere};
@@ -109,6 +109,14 @@ impl AmbientOcclusion {
         })
     }
 
+    fn gatherer(&self, frame: &Frame) -> Gatherer<'_> {
+        Gatherer {
+            directions: &self.directions,
+            distance: self.distance(frame),
+            diagonal: frame.scene.diagonal,
+        }
+    }
+
     fn distance(&self, frame: &Frame) -> f32 {
         self.parameters.distance.unwrap_or(frame.scene.ao_distance)
     }
@@ -119,27 +127,11 @@ impl Technique for AmbientOcclusion {
         Needs::GEOMETRY
     }
 
-    fn reference_pixels(
-        &self,
-        frame: &Frame,
-        caster: &Caster,
-        (first_pixel, sample): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
-        let gatherer = Gatherer {
-            directions: &self.directions,
-            distance: self.distance(frame),
-            diagonal: frame.scene.diagonal,
-        };
-        let mut scratch = Scratch::new(self.directions.len());
-        for (pixel, value) in (first_pixel..).zip(out) {
-            let ray = frame.camera_ray(pixel, sample);
-            let occlusion = frame.site(caster, &ray).map_or(1.0, |(site, _)| {
-                gatherer.gather(caster, &site, &mut scratch)
-            });
-            *value = [occlusion; 3];
-        }
-        0
+    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(ExactOcclusion {
+            frame,
+            gatherer: self.gatherer(frame),
+        })
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {
@@ -164,6 +156,31 @@ impl Technique for AmbientOcclusion {
             occluded: Vec::new(),
         };
         Some((Box::new(records), self.parameters.lookup))
+    }
+}
+
+/// Ambient occlusion evaluated at every sample.
+struct ExactOcclusion<'a> {
+    frame: &'a Frame<'a>,
+    gatherer: Gatherer<'a>,
+}
+
+impl ShadingFunction for ExactOcclusion<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, sample): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let mut scratch = Scratch::new(self.gatherer.directions.len());
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let ray = self.frame.camera_ray(pixel, sample);
+            let occlusion = self.frame.site(caster, &ray).map_or(1.0, |(site, _)| {
+                self.gatherer.gather(caster, &site, &mut scratch)
+            });
+            *value = [occlusion; 3];
+        }
+        0
     }
 }
 

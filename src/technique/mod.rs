@@ -8,6 +8,7 @@ pub mod ambient_occlusion;
 pub mod cached;
 mod distribution;
 mod frame;
+pub mod truth;
 
 pub use cached::{CachedFunction, Lookup};
 pub use distribution::Distribution;
@@ -24,15 +25,8 @@ pub trait Technique: Send + Sync {
     /// What it reads of a scene.
     fn needs(&self) -> Needs;
 
-    /// The shading function itself at sub-pixel sample `sample` of consecutive pixels from
-    /// `first_pixel` (row-major), both given in `first_pixel_and_sample`; returns the number of non-finite values, which are left black.
-    fn reference_pixels(
-        &self,
-        frame: &Frame,
-        caster: &Caster,
-        first_pixel_and_sample: (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64;
+    /// The shading function itself in one frame.
+    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a>;
 
     /// Samples per pixel of a complete reference for images with `spp` samples per pixel.
     fn reference_samples(&self, spp: u32) -> u32;
@@ -48,9 +42,21 @@ pub trait Technique: Send + Sync {
     fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)>;
 }
 
+/// The function that records approximate, evaluated where the camera sees it.
+pub trait ShadingFunction: Sync {
+    /// Sample `sample` of consecutive pixels from `first_pixel` (row-major), both given in that
+    /// order; returns the number of non-finite values, which are left black.
+    fn pixels(
+        &self,
+        caster: &Caster,
+        first_pixel_and_sample: (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64;
+}
+
 /// One pass of the reference over the whole frame, and its number of non-finite values.
 pub fn reference_pass(
-    technique: &dyn Technique,
+    function: &dyn ShadingFunction,
     frame: &Frame,
     sample: u32,
     counter: &RayCounter,
@@ -63,7 +69,7 @@ pub fn reference_pass(
         .map(|(y, row)| {
             let caster = frame.tracer.caster(counter);
             let first = (y * frame.width) as u32;
-            technique.reference_pixels(frame, &caster, (first, sample), row)
+            function.pixels(&caster, (first, sample), row)
         })
         .sum();
     (image, non_finite)

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 pub struct RayCounter {
     closest: AtomicU64,
     shadow: AtomicU64,
+    refused: AtomicU64,
 }
 
 /// A reading of a [`RayCounter`].
@@ -16,18 +17,22 @@ pub struct RayCounts {
     pub closest: u64,
     /// Any-hit (occlusion) rays.
     pub shadow: u64,
+    /// Rays among them that were not finite and therefore hit nothing.
+    pub refused: u64,
 }
 
 impl RayCounter {
     pub fn add(&self, counts: RayCounts) {
         self.closest.fetch_add(counts.closest, Relaxed);
         self.shadow.fetch_add(counts.shadow, Relaxed);
+        self.refused.fetch_add(counts.refused, Relaxed);
     }
 
     pub fn read(&self) -> RayCounts {
         RayCounts {
             closest: self.closest.load(Relaxed),
             shadow: self.shadow.load(Relaxed),
+            refused: self.refused.load(Relaxed),
         }
     }
 }

@@ -1,11 +1,37 @@
-//! Ray queries. The rest of the program sees [`Tracer`], [`Caster`], [`Ray`] and [`Hit`] only, so
-//! that the kernels behind them can be replaced.
+//! Ray queries. The rest of the program sees [`Tracer`], [`Caster`], [`Ray`] and [`Hit`] only, and
+//! never an instruction set: the kernels behind them are chosen at run time ([`Kernel`]).
+//!
+//! obvhs builds a binary tree, `collapse` makes it eight wide, `single` traverses it with one ray,
+//! `bundle` with 64 rays of one origin; all of them use the triangle test of `vector` and agree to
+//! the last bit. `portable` is obvhs' own traversal for processors without AVX2 and FMA.
 
+mod caster;
 mod counter;
+mod kernel;
+mod portable;
+mod query;
 mod tracer;
 
+#[cfg(target_arch = "x86_64")]
+mod bundle;
+#[cfg(target_arch = "x86_64")]
+mod collapse;
+#[cfg(target_arch = "x86_64")]
+mod single;
+#[cfg(target_arch = "x86_64")]
+mod tile;
+#[cfg(target_arch = "x86_64")]
+mod vector;
+#[cfg(target_arch = "x86_64")]
+mod wide;
+
+#[cfg(test)]
+mod tests;
+
+pub use caster::Caster;
 pub use counter::{RayCounter, RayCounts};
-pub use tracer::{Caster, Tracer};
+pub use kernel::Kernel;
+pub use tracer::Tracer;
 
 use glam::Vec3;
 
@@ -14,7 +40,7 @@ use glam::Vec3;
 pub struct Ray {
     pub origin: Vec3,
     pub direction: Vec3,
-    /// Hits at `t < t_min` or `t > t_max` do not count.
+    /// Hits count in `(t_min, t_max]`; a negative `t_min` counts as 0.
     pub t_min: f32,
     pub t_max: f32,
 }

@@ -84,13 +84,13 @@ pub fn agreement(
             let (mut a, mut b, mut variance, mut count) = (0.0, 0.0, 0.0, 0.0);
             for y in top..(top + side).min(height) {
                 for x in left..(left + side).min(width) {
-                    for c in 0..3 {
+                    for (c, sums) in sums.iter_mut().enumerate() {
                         let mine = f64::from(ours.mean.at(x, y)[c]);
                         let other = f64::from(theirs.at(x, y)[c]);
                         let var = f64::from(ours.variance.at(x, y)[c] + noise.at(x, y)[c]);
-                        sums[c][0] += mine;
-                        sums[c][1] += other;
-                        sums[c][2] += var;
+                        sums[0] += mine;
+                        sums[1] += other;
+                        sums[2] += var;
                         a += mine;
                         b += other;
                         variance += var;

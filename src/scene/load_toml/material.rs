@@ -1,10 +1,13 @@
 //! `[texture.*]` and `[material.*]`.
 
+use std::path::PathBuf;
+
 use toml::Spanned;
 use toml::de::DeValue;
 
 use super::Loader;
 use super::keys::Keys;
+use crate::scene::mesh_mtl::{MtlMaterial, coated, phong_alpha};
 use crate::scene::text::advice;
 use crate::scene::{Bsdf, ColourSource, Material, SceneError, TextureDescription, Wrap};
 
@@ -68,6 +71,28 @@ impl Loader {
             });
         }
         Ok(())
+    }
+
+    /// The index of a material from a library.
+    pub(super) fn mtl_material(&mut self, mtl: &MtlMaterial) -> usize {
+        let mut source = |map: &Option<PathBuf>, constant: [f32; 3]| match map {
+            None => ColourSource::Constant(constant),
+            Some(path) => {
+                self.scene
+                    .textures
+                    .push(TextureDescription::file(path.clone()));
+                ColourSource::Texture(self.scene.textures.len() - 1)
+            }
+        };
+        let diffuse = source(&mtl.diffuse_map, mtl.diffuse);
+        let transparent = mtl.opacity < 1.0 || mtl.opacity_map.is_some();
+        let opacity = transparent.then(|| source(&mtl.opacity_map, [mtl.opacity; 3]));
+        self.scene.materials.push(Material {
+            bsdf: coated(diffuse, mtl.specular, phong_alpha(mtl.exponent)),
+            opacity,
+            ..Material::diffuse(&mtl.name, mtl.diffuse)
+        });
+        self.scene.materials.len() - 1
     }
 
     fn plastic(&self, keys: &Keys) -> Result<Bsdf, SceneError> {

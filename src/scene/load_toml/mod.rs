@@ -85,7 +85,7 @@ impl Loader {
         self.materials(keys)?;
         for mut table in keys.tables("shape")? {
             let shape = self.shape(&mut table)?;
-            self.scene.shapes.push(shape);
+            self.add_shape(shape, &table)?;
         }
         if self.scene.shapes.is_empty() {
             return Err(keys.error("the scene needs at least one [[shape]]"));

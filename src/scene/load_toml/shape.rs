@@ -7,6 +7,7 @@ use toml::de::DeValue;
 
 use super::Loader;
 use super::keys::{Keys, list, number};
+use crate::scene::mesh_mtl::materials_of;
 use crate::scene::{SceneError, ShapeDescription, ShapeSource};
 
 const KINDS: [&str; 9] = [
@@ -41,6 +42,43 @@ impl Loader {
         };
         keys.finish()?;
         Ok(shape)
+    }
+
+    /// Adds a shape; an OBJ file for which neither material nor part is given becomes one shape for
+    /// each material of its libraries.
+    pub(super) fn add_shape(
+        &mut self,
+        shape: ShapeDescription,
+        keys: &Keys,
+    ) -> Result<(), SceneError> {
+        let obj = match &shape.source {
+            ShapeSource::Obj { path, part: None } if keys.get("material").is_none() => path.clone(),
+            _ => {
+                self.scene.shapes.push(shape);
+                return Ok(());
+            }
+        };
+        let (materials, notes) = materials_of(&obj)?;
+        self.scene.notes.extend(notes);
+        if materials.is_empty() {
+            self.scene.shapes.push(shape);
+            return Ok(());
+        }
+        for material in &materials {
+            let index = self.mtl_material(material);
+            let emits = material.emission.iter().any(|&e| e > 0.0);
+            self.scene.shapes.push(ShapeDescription {
+                name: format!("{} {}", shape.name, material.name),
+                source: ShapeSource::Obj {
+                    path: obj.clone(),
+                    part: Some(format!("usemtl {}", material.name)),
+                },
+                material: index,
+                emission: shape.emission.or(emits.then_some(material.emission)),
+                ..shape.clone()
+            });
+        }
+        Ok(())
     }
 
     fn source(&self, kind: &str, keys: &Keys) -> Result<ShapeSource, SceneError> {

@@ -4,6 +4,7 @@ use super::Importer;
 use super::conductor::{conductor, dielectric, dielectric_names};
 use super::element::Element;
 use super::spectrum::colour;
+use crate::scene::mesh_mtl::{coated, phong_alpha};
 use crate::scene::text::advice;
 use crate::scene::{Bsdf, ColourSource, Material, SceneError};
 
@@ -198,33 +199,19 @@ impl<'a> Importer<'a> {
         })
     }
 
-    /// Diffuse plus glossy lobe as a coated diffuse surface: α = √(2/(n+2)), and an index of refraction
-    /// whose reflectance at normal incidence is the specular colour.
     fn phong(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
         let kind = element.kind();
         let specular = self.plain_colour(element, "specular_reflectance", 0.2)?;
         let diffuse = self.colour_source(element, &["diffuse_reflectance"], 0.5)?;
         let alpha = if kind == "phong" {
-            let exponent = element.float("exponent")?.unwrap_or(30.0).max(0.0);
-            (2.0 / (exponent + 2.0)).sqrt() as f32
+            phong_alpha(element.float("exponent")?.unwrap_or(30.0) as f32)
         } else {
             self.alpha(element)?
         };
-        let strongest = specular.iter().fold(0.0_f32, |a, &b| a.max(b)).min(0.95);
-        if strongest <= 0.0 {
-            return Ok(diffuse_of(diffuse));
-        }
         self.note(format!(
             "`{kind}` becomes a rough coating of the same strength and width"
         ));
-        let root = strongest.sqrt();
-        Ok(Bsdf::Plastic {
-            diffuse,
-            specular: specular.map(|s| s / strongest),
-            ior: (1.0 + root) / (1.0 - root),
-            alpha,
-            nonlinear: false,
-        })
+        Ok(coated(diffuse, specular, alpha))
     }
 
     fn principled(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {

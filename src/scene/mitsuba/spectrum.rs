@@ -10,9 +10,9 @@ use crate::scene::SceneError;
 pub(super) fn emitted_colour(element: &Element) -> Result<[f32; 3], SceneError> {
     let rgb = colour(element, false)?;
     let flat = element.tag == "spectrum"
-        && element
-            .attribute("value")
-            .is_some_and(|v| !v.contains(':') && element.numbers("value").is_ok_and(|n| n.len() == 1));
+        && element.attribute("value").is_some_and(|v| {
+            !v.contains(':') && element.numbers("value").is_ok_and(|n| n.len() == 1)
+        });
     if !flat {
         return Ok(rgb);
     }

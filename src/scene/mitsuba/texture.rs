@@ -125,7 +125,7 @@ impl<'a> Importer<'a> {
             description.srgb = false;
         }
         match element.float("gamma")? {
-            Some(gamma) if gamma == 1.0 => description.srgb = false,
+            Some(1.0) => description.srgb = false,
             Some(gamma) if gamma > 0.0 && (gamma - 2.2).abs() > 0.2 => {
                 self.note(format!("texture gamma {gamma} becomes the sRGB curve"));
                 description.srgb = true;

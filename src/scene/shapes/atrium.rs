@@ -341,18 +341,18 @@ fn curtain(parameters: &Parameters, key: u64) -> Mesh {
     let width = 0.95;
     let drop = 2.15;
     let phase = jitter(parameters.seed, key, [0.0, TAU]);
-    let pleats = 9.0;
+    let pleats = 7.0;
     sheet(
         [parameters.steps(72), parameters.steps(18)],
-        0.006,
+        0.002,
         |u, v| {
             // v = 0 at the hem.
             let gather = (-((v - 0.42) / 0.16).powi(2)).exp();
-            let spread = 1.0 - 0.62 * gather;
+            let spread = 1.0 - 0.45 * gather;
             let bend = 0.25 * (TAU * u + phase).sin() * (1.0 - v);
-            let depth = (0.035 + 0.03 * (1.0 - v)) * (1.0 - 0.35 * gather);
+            let depth = (0.035 + 0.03 * (1.0 - v)) * (1.0 - 0.4 * gather);
             let wave = (TAU * pleats * u + phase + bend).sin()
-                + 0.3 * (TAU * pleats * 2.0 * u + 2.0 * phase).sin() * (1.0 - v);
+                + 0.15 * (TAU * pleats * 2.0 * u + 2.0 * phase).sin() * (1.0 - v);
             let sag = 0.02 * (TAU * pleats * u).cos().powi(2) * v.powi(24);
             DVec3::new(
                 width * (u * spread) - 0.08 * gather * (1.0 - u),

@@ -55,7 +55,7 @@ fn table_top(parameters: &Parameters) -> Mesh {
 }
 
 fn table_leg(parameters: &Parameters) -> Mesh {
-    let column = lathe(
+    lathe(
         &smooth_profile(
             &[
                 [0.0, 0.0],
@@ -72,8 +72,7 @@ fn table_leg(parameters: &Parameters) -> Mesh {
             parameters.steps(5),
         ),
         parameters.steps(64),
-    );
-    column
+    )
 }
 
 /// A napkin with soft folds under the bowl.
@@ -85,7 +84,7 @@ fn cloth(parameters: &Parameters) -> Mesh {
         let edge = ((x / 0.21).abs().max((z / 0.17).abs())).powi(4);
         DVec3::new(x, 0.004 + 0.011 * edge * (0.6 + 0.6 * wave).max(0.05), z)
     });
-    set_at(&napkin, [0.27, TOP, 0.13], 24.0, 1.0)
+    set_at(&napkin, [0.36, TOP, 0.11], 24.0, 1.0)
 }
 
 fn figure(parameters: &Parameters) -> Mesh {
@@ -184,7 +183,7 @@ fn bowl(parameters: &Parameters) -> Mesh {
         parameters.steps(6),
     );
     let bowl = lathe(&profile, parameters.steps(80));
-    moved(&bowl, [0.27, TOP + 0.0065, 0.13])
+    moved(&bowl, [0.36, TOP + 0.0065, 0.11])
 }
 
 fn fruit(parameters: &Parameters) -> Mesh {
@@ -211,10 +210,10 @@ fn fruit(parameters: &Parameters) -> Mesh {
     );
     let apple = merged([apple, stalk]);
     let spots = [
-        [0.235, 0.041, 0.12, 0.0],
-        [0.305, 0.043, 0.105, 70.0],
-        [0.285, 0.042, 0.17, 150.0],
-        [0.272, 0.092, 0.128, 30.0],
+        [0.325, 0.041, 0.100, 0.0],
+        [0.395, 0.043, 0.085, 70.0],
+        [0.375, 0.042, 0.150, 150.0],
+        [0.362, 0.092, 0.108, 30.0],
     ];
     let piled = spots.map(|[x, y, z, turn_deg]| {
         let lean = placed(

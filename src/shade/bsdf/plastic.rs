@@ -43,8 +43,9 @@ impl Coating {
             .into_par_iter()
             .map(|i| {
                 let mu = (i as f32 / (NODES - 1) as f32).max(1e-6);
-                let transmittance = 1.0 - reflectance(ggx, mu, ior);
-                (transmittance, reflectance(ggx, mu, 1.0 / ior) * mu)
+                let [_, transmitted] = boundary_shares(ggx, mu, ior);
+                let [reflected, _] = boundary_shares(ggx, mu, 1.0 / ior);
+                (transmitted, reflected * mu)
             })
             .collect();
         Self {
@@ -67,22 +68,29 @@ impl Coating {
     }
 }
 
-/// Share of light at cosine `mu` that a rough dielectric boundary reflects (single scattering), by
-/// the midpoint rule over visible normals.
-fn reflectance(ggx: Ggx, mu: f32, ior: f32) -> f32 {
+/// Shares of light at cosine `mu` that a rough dielectric boundary reflects and lets through (single
+/// scattering: what other facets catch belongs to neither), by the midpoint rule over visible
+/// normals.
+fn boundary_shares(ggx: Ggx, mu: f32, ior: f32) -> [f32; 2] {
     let view = Vec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu);
     let centre = |i: usize| (i as f32 + 0.5) / QUADRATURE as f32;
-    let mut sum = 0.0f64;
+    let mut sums = [0.0f64; 2];
     for i in 0..QUADRATURE * QUADRATURE {
         let u = [centre(i % QUADRATURE), centre(i / QUADRATURE)];
         let half = ggx.sample_visible(view, u);
-        let light = reflect(view, half);
-        if light.z > 0.0 {
-            let fresnel = fresnel::dielectric(view.dot(half).max(0.0), ior).reflectance;
-            sum += f64::from(fresnel * ggx.masking(light, half));
+        let cos = view.dot(half).max(0.0);
+        let fresnel = fresnel::dielectric(cos, ior);
+        let reflected = reflect(view, half);
+        if reflected.z > 0.0 {
+            sums[0] += f64::from(fresnel.reflectance * ggx.masking(reflected, half));
+        }
+        let scale = 1.0 / fresnel.eta_ratio;
+        let refracted = half * (cos * scale - fresnel.cos_refracted) - view * scale;
+        if refracted.z < 0.0 && fresnel.reflectance < 1.0 {
+            sums[1] += f64::from((1.0 - fresnel.reflectance) * ggx.masking(refracted, half));
         }
     }
-    (sum / (QUADRATURE * QUADRATURE) as f64) as f32
+    sums.map(|sum| (sum / (QUADRATURE * QUADRATURE) as f64) as f32)
 }
 
 /// A coated diffuse surface at a point.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::shade::mend_normals;
 use super::{lattice, merged, shade};
 use crate::scene::Mesh;
 
@@ -31,7 +32,9 @@ pub fn sheet(count: [usize; 2], thickness: f64, position: impl Fn(f64, f64) -> D
         let (i, j) = rim_path[s];
         if side == 0 { behind(i, j) } else { at(i, j) }
     });
-    merged([front, shade(back, 180.0), shade(rim, 60.0)])
+    let mut whole = merged([front, shade(back, 180.0), shade(rim, 60.0)]);
+    mend_normals(&mut whole);
+    whole
 }
 
 /// Normals by central differences over the lattice.

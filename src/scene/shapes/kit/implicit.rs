@@ -4,6 +4,7 @@
 use glam::{IVec3, UVec3, Vec3};
 use rayon::prelude::*;
 
+use super::shade::mend_normals;
 use crate::scene::Mesh;
 
 /// Cells of a block per axis; blocks far from the surface are skipped by one evaluation.
@@ -102,10 +103,11 @@ impl<F: Fn(Vec3) -> f32 + Sync> Lattice<F> {
         let mut p = low + local * self.cell;
         let slope = cell_slope(samples, at) / self.cell;
         let downhill = slope / slope.length_squared().max(0.05);
-        let margin = self.cell * 0.05;
+        // A little beyond its cell does no harm; much would fold the net over.
+        let slack = self.cell * 0.1;
         for _ in 0..2 {
             let step = downhill * (self.field)(p);
-            p = (p - step).clamp(low + margin, low + self.cell - margin);
+            p = (p - step).clamp(low - slack, low + self.cell + slack);
         }
         patch.vertex_of_cell[slot] = patch.positions.len() as u16;
         patch.positions.push(p);
@@ -160,6 +162,7 @@ impl<F: Fn(Vec3) -> f32 + Sync> Lattice<F> {
             };
             push_split(&mut mesh, [a, b, c, d]);
         }
+        mend_normals(&mut mesh);
         mesh
     }
 }

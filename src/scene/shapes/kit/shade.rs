@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
+use super::face_normal;
 use crate::scene::Mesh;
 
 /// Welds equal positions, drops triangles without area and gives every corner the area-weighted mean
@@ -45,6 +46,43 @@ pub fn shade(mesh: Mesh, crease_deg: f64) -> Mesh {
         out.triangles.push(corners);
     }
     out
+}
+
+/// Makes given vertex normals agree with the winding: where one leans away from a face around it the
+/// area-weighted mean of the faces replaces it, and corners that still oppose their face are split
+/// off with its normal. Triangles without area go.
+pub fn mend_normals(mesh: &mut Mesh) {
+    let corners = |positions: &[DVec3], t: &[u32; 3]| t.map(|i| positions[i as usize]);
+    let Mesh {
+        positions,
+        normals,
+        triangles,
+        ..
+    } = mesh;
+    triangles.retain(|t| face_normal(corners(positions, t)) != Vec3::ZERO);
+    let mut sums = vec![DVec3::ZERO; positions.len()];
+    let mut leaning = vec![false; positions.len()];
+    for t in triangles.iter() {
+        let [a, b, c] = corners(positions, t);
+        let face = face_normal([a, b, c]);
+        for i in t.map(|i| i as usize) {
+            sums[i] += (b - a).cross(c - a);
+            leaning[i] |= normals[i].dot(face) < 0.15;
+        }
+    }
+    for (i, sum) in sums.iter().enumerate().filter(|(i, _)| leaning[*i]) {
+        normals[i] = sum.as_vec3().try_normalize().unwrap_or(normals[i]);
+    }
+    for t in triangles.iter_mut() {
+        let face = face_normal(corners(positions, t));
+        for i in t {
+            if normals[*i as usize].dot(face) <= 0.0 {
+                positions.push(positions[*i as usize]);
+                normals.push(face);
+                *i = positions.len() as u32 - 1;
+            }
+        }
+    }
 }
 
 /// Positions by first appearance and triangles over them without the degenerate ones.

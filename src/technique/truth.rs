@@ -1,0 +1,143 @@
+//! The truths: direct lighting and path tracing. Their only method is the reference.
+
+use serde::{Deserialize, Serialize};
+
+use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique};
+use crate::registry::{self, About, Bias, Parameter, TechniqueEntry};
+use crate::sample::Rng;
+use crate::scene::Needs;
+use crate::shade::{DIRECT_LIGHTING, PathTracer};
+use crate::trace::{Caster, Ray};
+
+/// Keys the random numbers of camera paths.
+const STREAM: u64 = 0x7472_7574_6800;
+
+const SEED: Parameter = Parameter {
+    key: "seed",
+    default: "1",
+    unit: "",
+    meaning: "seed of the camera paths",
+};
+
+/// The registry's entry of path tracing.
+pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "path-tracing",
+        aliases: &["pt"],
+        summary: "path tracing with next-event estimation, to the scene's max_depth",
+        source: "Kajiya 1986; Veach 1997, power heuristic",
+        bias: Bias::Unbiased,
+        failures: &["caustics of small lights through smooth glass converge slowly"],
+        parameters: &[SEED],
+    },
+    build: |table| Ok(Box::new(Truth::new(table, None)?)),
+    distributions: false,
+};
+
+/// The registry's entry of direct lighting.
+pub const DIRECT: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "direct-lighting",
+        aliases: &["direct"],
+        summary: "emission and direct light of area lights, environment and sun",
+        source: "Veach 1997, power heuristic",
+        bias: Bias::Unbiased,
+        failures: &["light through glass and by mirrors is indirect, hence absent"],
+        parameters: &[SEED],
+    },
+    build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
+    distributions: false,
+};
+
+/// Parameters of both truths.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+struct Parameters {
+    seed: u64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self { seed: 1 }
+    }
+}
+
+/// A path-traced technique; `max_depth` replaces the scene's.
+struct Truth {
+    parameters: Parameters,
+    max_depth: Option<u32>,
+}
+
+impl Truth {
+    fn new(table: &toml::Table, max_depth: Option<u32>) -> Result<Self, registry::ParameterError> {
+        Ok(Self {
+            parameters: registry::parameters(table)?,
+            max_depth,
+        })
+    }
+}
+
+impl Technique for Truth {
+    fn needs(&self) -> Needs {
+        Needs::ALL
+    }
+
+    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(TracedPaths {
+            frame,
+            paths: PathTracer::new(frame.scene, frame.tracer),
+            seed: self.parameters.seed,
+            max_depth: self.max_depth.unwrap_or(frame.scene.max_depth),
+        })
+    }
+
+    fn reference_samples(&self, spp: u32) -> u32 {
+        spp
+    }
+
+    fn reference_is_random(&self) -> bool {
+        true
+    }
+
+    fn rays_per_evaluation(&self) -> u64 {
+        1
+    }
+
+    fn cached(&self, _frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)> {
+        None
+    }
+}
+
+/// One path per pixel and sample, uniformly jittered in the pixel.
+struct TracedPaths<'a> {
+    frame: &'a Frame<'a>,
+    paths: PathTracer<'a>,
+    seed: u64,
+    max_depth: u32,
+}
+
+impl ShadingFunction for TracedPaths<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, sample): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let size = [self.frame.width, self.frame.height];
+        let origin = self.frame.view.origin.as_vec3();
+        let mut non_finite = 0;
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
+            let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
+            let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
+            let ray = Ray::new(origin, self.frame.view.direction(x, y, size));
+            let rgb = self.paths.radiance(caster, ray, &mut rng, self.max_depth);
+            if rgb.iter().all(|c| c.is_finite()) {
+                *value = rgb;
+            } else {
+                non_finite += 1;
+            }
+        }
+        non_finite
+    }
+}

@@ -1,0 +1,259 @@
+//! From obvhs' binary tree to the eight-wide one, by dynamic programming.
+//!
+//! `C(n, j)` is the least cost of covering the subtree of `n` with at most `j` children of some wide
+//! node, where a ray pays 1 per wide node and [`BLOCK_COST`] per leaf, both weighted by the area of
+//! the box (the chance to be entered):
+//!
+//! - `C(n, 1)` is a leaf of at most eight triangles, or a wide node: the cheapest of the seven ways
+//!   to share its eight slots between the two binary children, plus the node itself;
+//! - `C(n, j)` is `C(n, j − 1)` or the cheapest way to share `j` slots between the children.
+//!
+//! Children before parents fills the table; the decisions are then followed from the root.
+//!
+//! Slots are sorted by *occlusion per cost*, the triangle area below divided by `C`, because any-hit
+//! rays visit them in this order: what stops many rays for little work comes first.
+
+use glam::Vec3;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
+use obvhs::triangle::Triangle;
+
+use super::wide::{Block, Features, LEAF, Node, WideTree};
+
+/// Cost of a block of triangles in units of a node. Anything between 0.4 and 1.2 does as well.
+const BLOCK_COST: f32 = 0.8;
+const LANES: usize = 8;
+/// The decision "as with one slot fewer", or "a block of triangles" for one slot.
+const KEEP: u8 = 0;
+
+/// Collapses a binary tree with one triangle a leaf.
+pub fn collapse(tree: &Bvh2, triangles: &[Triangle], features: Features) -> WideTree {
+    let corners = |id: u32| {
+        let Triangle { v0, v1, v2 } = triangles[id as usize];
+        [v0, v1, v2].map(Vec3::from)
+    };
+    let area = |id: u32| {
+        let [a, b, c] = corners(id);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    let (nodes, blocks, stack_entries) = emit(&Plan::new(tree, area), corners);
+    WideTree {
+        _features: features,
+        nodes,
+        blocks,
+        stack_entries,
+    }
+}
+
+/// The binary tree in depth-first order with the best decision for every number of slots. The left
+/// child of place `i` is at `i + 1`, the right one after the left one's subtree.
+struct Plan<'a> {
+    nodes: Vec<&'a Bvh2Node>,
+    /// Triangles below.
+    count: Vec<u32>,
+    /// Caller's index of the first triangle below, meaningful for leaves.
+    first: &'a [u32],
+    /// `C(n, 1)`.
+    cost: Vec<f32>,
+    /// Area of the triangles below.
+    area: Vec<f32>,
+    /// `[j]`: of `j` slots, those given to the left child, or [`KEEP`]; `[1]` says how a wide node
+    /// shares eight, [`KEEP`] that the single child is a block.
+    left_slots: Vec<[u8; 8]>,
+}
+
+impl<'a> Plan<'a> {
+    fn new(tree: &'a Bvh2, triangle_area: impl Fn(u32) -> f32) -> Self {
+        let mut nodes = Vec::with_capacity(tree.nodes.len());
+        let mut open = vec![0u32];
+        while let Some(index) = open.pop() {
+            let node = &tree.nodes[index as usize];
+            nodes.push(node);
+            if !node.is_leaf() {
+                open.extend([node.first_index + 1, node.first_index]);
+            }
+        }
+        let n = nodes.len();
+        let mut plan = Self {
+            nodes,
+            count: vec![1; n],
+            first: &tree.primitive_indices,
+            cost: vec![0.0; n],
+            area: vec![0.0; n],
+            left_slots: vec![[KEEP; 8]; n],
+        };
+        plan.decide(triangle_area);
+        plan
+    }
+
+    fn right(&self, place: usize) -> usize {
+        place + 2 * self.count[place + 1] as usize
+    }
+
+    /// Fills the table from the last place to the first: children come after their parents.
+    fn decide(&mut self, triangle_area: impl Fn(u32) -> f32) {
+        // A floor on areas makes points and lines cost what they cost: nodes.
+        let floor = (self.nodes[0].aabb().half_area() * 1e-9).max(1e-30);
+        // The costs of the places whose parent is still to come, most recent last.
+        let mut waiting: Vec<[f32; 7]> = Vec::new();
+        for place in (0..self.nodes.len()).rev() {
+            let half_area = self.nodes[place].aabb().half_area().max(floor);
+            if self.nodes[place].is_leaf() {
+                self.cost[place] = half_area * BLOCK_COST;
+                self.area[place] = triangle_area(self.triangle(place));
+                waiting.push([self.cost[place]; 7]);
+                continue;
+            }
+            let right_place = self.right(place);
+            self.count[place] = self.count[place + 1] + self.count[right_place];
+            self.area[place] = self.area[place + 1] + self.area[right_place];
+            let (Some(left), Some(right)) = (waiting.pop(), waiting.pop()) else {
+                unreachable!("an inner node has two children after it");
+            };
+            let cheapest = |slots: usize| {
+                (1..slots)
+                    .filter(|&k| k < 8 && slots - k < 8)
+                    .map(|k| (left[k - 1] + right[slots - k - 1], k as u8))
+                    .fold((f32::INFINITY, 1), |a, b| if b.0 < a.0 { b } else { a })
+            };
+            let mut best = [0.0; 7];
+            let (split, k) = cheapest(8);
+            (best[0], self.left_slots[place][1]) = (split + half_area, k);
+            let leaf = half_area * BLOCK_COST;
+            if self.count[place] as usize <= LANES && leaf <= best[0] {
+                (best[0], self.left_slots[place][1]) = (leaf, KEEP);
+            }
+            for j in 2..8 {
+                let (split, k) = cheapest(j);
+                let better = split < best[j - 2];
+                best[j - 1] = if better { split } else { best[j - 2] };
+                self.left_slots[place][j] = if better { k } else { KEEP };
+            }
+            self.cost[place] = best[0];
+            waiting.push(best);
+        }
+    }
+
+    /// Caller's index of a leaf's triangle.
+    fn triangle(&self, place: usize) -> u32 {
+        self.first[self.nodes[place].first_index as usize]
+    }
+
+    /// Whether the cheapest single child is a block of triangles.
+    fn is_block(&self, place: usize) -> bool {
+        self.left_slots[place][1] == KEEP
+    }
+
+    /// Follows the decisions from `place` with `slots` free slots down to single children.
+    fn gather(&self, place: usize, slots: usize, found: &mut Vec<u32>) {
+        if slots == 1 {
+            found.push(place as u32);
+            return;
+        }
+        let decision = self.left_slots[place][if slots == LANES { 1 } else { slots }];
+        if decision == KEEP {
+            return self.gather(place, slots - 1, found);
+        }
+        let left = usize::from(decision);
+        self.gather(place + 1, left, found);
+        self.gather(self.right(place), slots - left, found);
+    }
+
+    /// The children of the wide node at a place, in the order of visits.
+    fn children(&self, place: usize, found: &mut Vec<u32>) {
+        found.clear();
+        self.gather(place, if self.is_block(place) { 1 } else { LANES }, found);
+        let worth = |&place: &u32| self.area[place as usize] / self.cost[place as usize];
+        found.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    }
+}
+
+/// A wide node to be filled.
+struct Open {
+    place: usize,
+    slot: usize,
+    /// Entries that may wait on a traversal stack when this node is reached.
+    pending: usize,
+}
+
+/// Writes nodes in depth-first order, the inner children of a node next to each other.
+fn emit(plan: &Plan, corners: impl Fn(u32) -> [Vec3; 3]) -> (Vec<Node>, Vec<Block>, usize) {
+    let mut nodes = vec![Node::EMPTY];
+    let mut blocks = Vec::with_capacity(plan.nodes.len() / 8);
+    let mut stack_entries = 1;
+    let mut children = Vec::with_capacity(LANES);
+    let mut open = vec![Open {
+        place: 0,
+        slot: 0,
+        pending: 0,
+    }];
+    while let Some(Open {
+        place,
+        slot,
+        pending,
+    }) = open.pop()
+    {
+        plan.children(place, &mut children);
+        let pending = pending + children.len();
+        stack_entries = stack_entries.max(pending);
+        let first_open = open.len();
+        for (lane, &child) in children.iter().enumerate() {
+            let child = child as usize;
+            let index = if plan.is_block(child) {
+                blocks.push(block(plan, child, &corners));
+                LEAF | (blocks.len() - 1) as u32
+            } else {
+                nodes.push(Node::EMPTY);
+                open.push(Open {
+                    place: child,
+                    slot: nodes.len() - 1,
+                    pending,
+                });
+                (nodes.len() - 1) as u32
+            };
+            set_child(&mut nodes[slot], lane, plan.nodes[child], index);
+        }
+        open[first_open..].reverse();
+    }
+    (nodes, blocks, stack_entries)
+}
+
+/// Writes one slot. The box grows by 2⁻²¹ of its coordinates and 2⁻²² of its extent, more than the
+/// rounding of box tests and of triangles relative to a vertex, so that a box never decides what a
+/// triangle test should.
+fn set_child(node: &mut Node, lane: usize, source: &Bvh2Node, index: u32) {
+    let (low, high) = (source.aabb().min, source.aabb().max);
+    let extent = (high - low).max_element() * f32::EPSILON;
+    for axis in 0..3 {
+        let pad = |plane: f32| 2.0 * extent + 4.0 * plane.abs() * f32::EPSILON;
+        node.planes[2 * axis][lane] = low[axis] - pad(low[axis]);
+        node.planes[2 * axis + 1][lane] = high[axis] + pad(high[axis]);
+    }
+    node.children[lane] = index;
+}
+
+/// The triangles below a place that can be hit, which are its next leaves in depth-first order.
+fn block(plan: &Plan, place: usize, corners: impl Fn(u32) -> [Vec3; 3]) -> Block {
+    let mut block = Block::EMPTY;
+    let end = place + 2 * plan.count[place] as usize - 1;
+    let leaves = (place..end).filter(|&p| plan.nodes[p].is_leaf());
+    for (lane, leaf) in leaves.enumerate() {
+        let id = plan.triangle(leaf);
+        let [a, b, c] = corners(id);
+        if is_degenerate([a, b, c]) {
+            continue;
+        }
+        for axis in 0..3 {
+            block.v0[axis][lane] = a[axis];
+            block.e1[axis][lane] = a[axis] - b[axis];
+            block.e2[axis][lane] = c[axis] - a[axis];
+        }
+        block.id[lane] = id;
+    }
+    block
+}
+
+/// Whether a triangle has no area. In f64, because rounding gives its f32 normal a direction.
+fn is_degenerate([a, b, c]: [Vec3; 3]) -> bool {
+    (b - a).as_dvec3().cross((c - a).as_dvec3()) == glam::DVec3::ZERO
+}

@@ -1,0 +1,304 @@
+//! One ray against the eight-wide tree: one instruction stream per node tests all eight boxes.
+//!
+//! A box is entered where the ray is past all near planes and before all far planes. With
+//! `t = plane·r − o·r`, `r = 1/d`, a plane costs one fused operation. `o·r` is prepared twice, so that
+//! near planes never come out too far nor far planes too near by any rounding that grows with the
+//! origin; what grows with the planes is in the boxes (see [`super::collapse`]). A box test therefore
+//! loses no hit, however flat the box or however parallel the ray.
+//!
+//! Near and far are compared as integers: for non-negative floats the order of the bits is the order
+//! of the values, and a negative far plane (box behind the origin) is below every `t_min ≥ 0`.
+//!
+//! *Any hit* visits children in slot order (see [`super::collapse`]), *closest hit* by distance, and
+//! skips what lies beyond the closest hit so far. Of triangles hit at the same distance the
+//! one with the smallest index wins, in whatever order they are met.
+
+use std::arch::x86_64::*;
+
+use super::vector::{Crossing, Seen, Vec3x8, load, store};
+use super::wide::{Block, LEAF, Node, WideTree};
+use super::{Hit, Ray};
+
+/// A direction component this small is as good as parallel to the planes of its axis.
+const PARALLEL: f32 = 1e-18;
+/// Bounds the rounding of a plane's distance, relative to `o/d`.
+const SLACK: f32 = 4.0 * f32::EPSILON;
+
+/// `1/d`, finite for a ray parallel to the planes.
+pub fn reciprocal(d: f32) -> f32 {
+    1.0 / d.abs().max(PARALLEL).copysign(d)
+}
+
+/// A ray prepared for box and triangle tests.
+pub struct Beam {
+    /// `1/d`.
+    scale: Vec3x8,
+    /// `o/d`, moved by more than all rounding that grows with `o`.
+    near_shift: Vec3x8,
+    far_shift: Vec3x8,
+    /// Rows of the near planes; the far plane of an axis is the other row of the pair.
+    near_row: [usize; 3],
+    origin: Vec3x8,
+    direction: Vec3x8,
+    t_min: f32,
+    t_max: f32,
+}
+
+impl Beam {
+    /// `ray` must be finite apart from an infinite `t_max`.
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn new(ray: &Ray) -> Self {
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        let scale = d.map(reciprocal);
+        let shift = |slack: f32| {
+            let each = |a: usize| o[a] * scale[a] + (o[a] * scale[a]).abs() * slack;
+            Vec3x8::splat([each(0), each(1), each(2)])
+        };
+        Self {
+            scale: Vec3x8::splat(scale),
+            near_shift: shift(SLACK),
+            far_shift: shift(-SLACK),
+            near_row: [0, 1, 2].map(|a| 2 * a + usize::from(scale[a] < 0.0)),
+            origin: Vec3x8::splat(o),
+            direction: Vec3x8::splat(d),
+            t_min: ray.t_min.max(0.0) + 0.0,
+            t_max: ray.t_max,
+        }
+    }
+
+    /// The entry distances of a node's boxes and a bit for each box entered before `t_max`.
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn boxes(&self, node: &Node, t_max: f32) -> (__m256i, u32) {
+        // SAFETY: rows are 2a or 2a + 1 for an axis a < 3, and so are they after `^ 1`.
+        let plane = |row: usize| load(unsafe { node.planes.get_unchecked(row) });
+        let [x, y, z] = self.near_row;
+        let near_x = _mm256_fmsub_ps(plane(x), self.scale.x, self.near_shift.x);
+        let near_y = _mm256_fmsub_ps(plane(y), self.scale.y, self.near_shift.y);
+        let near_z = _mm256_fmsub_ps(plane(z), self.scale.z, self.near_shift.z);
+        let far_x = _mm256_fmsub_ps(plane(x ^ 1), self.scale.x, self.far_shift.x);
+        let far_y = _mm256_fmsub_ps(plane(y ^ 1), self.scale.y, self.far_shift.y);
+        let far_z = _mm256_fmsub_ps(plane(z ^ 1), self.scale.z, self.far_shift.z);
+        let t_min = _mm256_castps_si256(_mm256_set1_ps(self.t_min));
+        let t_max = _mm256_castps_si256(_mm256_set1_ps(t_max));
+        let near = max_bits(
+            max_bits(bits(near_x), bits(near_y)),
+            max_bits(bits(near_z), t_min),
+        );
+        let far = min_bits(
+            min_bits(bits(far_x), bits(far_y)),
+            min_bits(bits(far_z), t_max),
+        );
+        let missed = _mm256_castsi256_ps(_mm256_cmpgt_epi32(near, far));
+        (near, !_mm256_movemask_ps(missed) as u32 & 0xff)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn crossing(&self, block: &Block) -> Crossing {
+        Seen::new(block, self.origin).cross(self.direction)
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn bits(v: __m256) -> __m256i {
+    _mm256_castps_si256(v)
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn max_bits(a: __m256i, b: __m256i) -> __m256i {
+    _mm256_max_epi32(a, b)
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn min_bits(a: __m256i, b: __m256i) -> __m256i {
+    _mm256_min_epi32(a, b)
+}
+
+impl WideTree {
+    #[inline]
+    pub(super) fn node(&self, child: u32) -> &Node {
+        debug_assert!(child & LEAF == 0);
+        // SAFETY: `collapse` sets `LEAF` or the index of a node it has pushed.
+        unsafe { self.nodes.get_unchecked(child as usize) }
+    }
+
+    #[inline]
+    pub(super) fn block(&self, child: u32) -> &Block {
+        debug_assert!(child & LEAF != 0);
+        // SAFETY: `collapse` sets the index of a block it has pushed, and every tree has a block 0,
+        // which empty slots name.
+        unsafe { self.blocks.get_unchecked((child & !LEAF) as usize) }
+    }
+
+    /// Asks for the first bytes of a child ahead of its visit.
+    #[inline]
+    pub(super) fn prefetch(&self, child: u32) {
+        let address: *const i8 = if child & LEAF == 0 {
+            self.nodes.as_ptr().wrapping_add(child as usize).cast()
+        } else {
+            let block = (child & !LEAF) as usize;
+            self.blocks.as_ptr().wrapping_add(block).cast()
+        };
+        // SAFETY: a prefetch reads nothing and cannot fault; SSE is part of x86-64.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(address);
+            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(64));
+            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(128));
+            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(192));
+        }
+    }
+}
+
+/// Whether anything is hit in `(t_min, t_max]`.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn occluded_ray(tree: &WideTree, ray: &Ray, stack: &mut [u32]) -> bool {
+    occluded(tree, &Beam::new(ray), 0, stack)
+}
+
+/// The closest hit in `(t_min, t_max]`.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn closest_ray(tree: &WideTree, ray: &Ray, stack: &mut [u64]) -> Option<Hit> {
+    let mut best = None;
+    closest(tree, &Beam::new(ray), 0, stack, &mut best);
+    best
+}
+
+/// Whether anything below `child` is hit in `(t_min, t_max]`. `stack` holds
+/// `tree.stack_entries` entries.
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn occluded(tree: &WideTree, beam: &Beam, child: u32, stack: &mut [u32]) -> bool {
+    let t_min = _mm256_set1_ps(beam.t_min);
+    let t_max = _mm256_set1_ps(beam.t_max);
+    let mut waiting = 0;
+    let mut child = child;
+    loop {
+        if child & LEAF == 0 {
+            let node = tree.node(child);
+            let (_, mut entered) = beam.boxes(node, beam.t_max);
+            while entered & entered.wrapping_sub(1) != 0 {
+                let lane = 31 - entered.leading_zeros();
+                entered ^= 1 << lane;
+                let other = node.children[lane as usize & 7];
+                tree.prefetch(other);
+                stack[waiting] = other;
+                waiting += 1;
+            }
+            if entered != 0 {
+                child = node.children[entered.trailing_zeros() as usize & 7];
+                continue;
+            }
+        } else if beam.crossing(tree.block(child)).hits(t_min, t_max) != 0 {
+            return true;
+        }
+        if waiting == 0 {
+            return false;
+        }
+        waiting -= 1;
+        child = stack[waiting];
+    }
+}
+
+/// The closest hit below `child` in `(t_min, t_max]` that beats `best`. `stack` holds
+/// `tree.stack_entries` entries: the bits of the entry distance above the child.
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn closest(
+    tree: &WideTree,
+    beam: &Beam,
+    child: u32,
+    stack: &mut [u64],
+    best: &mut Option<Hit>,
+) {
+    let mut waiting = 0;
+    let mut child = child;
+    let mut t_max = best.map_or(beam.t_max, |hit| hit.t);
+    loop {
+        if child & LEAF == 0 {
+            let node = tree.node(child);
+            let (near, entered) = beam.boxes(node, t_max);
+            if entered != 0 {
+                let count = push_sorted(node, near, entered, &mut stack[waiting..]);
+                waiting += count - 1;
+                child = stack[waiting] as u32;
+                continue;
+            }
+        } else {
+            let block = tree.block(child);
+            nearest_lane(&beam.crossing(block), block, [beam.t_min, t_max], best);
+            t_max = best.map_or(beam.t_max, |hit| hit.t);
+        }
+        loop {
+            if waiting == 0 {
+                return;
+            }
+            waiting -= 1;
+            if (stack[waiting] >> 32) as u32 <= t_max.to_bits() {
+                break;
+            }
+        }
+        child = stack[waiting] as u32;
+    }
+}
+
+/// Writes the entered children from the farthest to the nearest and returns their number.
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn push_sorted(node: &Node, near: __m256i, entered: u32, top: &mut [u64]) -> usize {
+    let near = store(_mm256_castsi256_ps(near));
+    let mut left = entered;
+    let mut count = 0;
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize & 7;
+        left &= left - 1;
+        let key = u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane]);
+        let mut at = count;
+        while at > 0 && top[at - 1] < key {
+            top[at] = top[at - 1];
+            at -= 1;
+        }
+        top[at] = key;
+        count += 1;
+    }
+    count
+}
+
+/// Replaces `best` by the nearest of a block's hits in `(limits[0], limits[1]]` if that is nearer,
+/// or as near with a smaller index.
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn nearest_lane(crossing: &Crossing, block: &Block, limits: [f32; 2], best: &mut Option<Hit>) {
+    let [t_min, t_max] = limits;
+    // The undivided test may round the other way than the division that decides below.
+    let generous = _mm256_set1_ps(t_max * (1.0 + SLACK));
+    let mut hits = crossing.hits(_mm256_set1_ps(t_min), generous);
+    if hits == 0 {
+        return;
+    }
+    let divided = |v: __m256| store(_mm256_div_ps(v, crossing.denominator));
+    let t = divided(crossing.t);
+    let mut found = None;
+    let mut limit = (t_max, best.map_or(u32::MAX, |hit| hit.triangle));
+    while hits != 0 {
+        let lane = hits.trailing_zeros() as usize & 7;
+        hits &= hits - 1;
+        let candidate = (t[lane], block.id[lane]);
+        if candidate.0 < limit.0 || candidate.0 == limit.0 && candidate.1 < limit.1 {
+            limit = candidate;
+            found = Some(lane);
+        }
+    }
+    if let Some(lane) = found {
+        *best = Some(Hit {
+            t: t[lane],
+            u: divided(crossing.u)[lane],
+            v: divided(crossing.v)[lane],
+            triangle: block.id[lane],
+        });
+    }
+}

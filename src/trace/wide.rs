@@ -1,0 +1,117 @@
+//! The memory of the eight-wide tree: nodes of eight boxes and leaves of eight triangles, both as
+//! structures of arrays, so that one vector instruction sees all eight.
+
+use super::query::{Bundle, RayTree, Scratch, Waiting};
+use super::{Hit, Ray, bundle, single};
+
+/// Marks a child as a leaf; the other bits are the index of its [`Block`].
+pub const LEAF: u32 = 1 << 31;
+
+/// Eight children. An empty slot has an inverted box that no ray enters.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct Node {
+    /// Rows min x, max x, min y, max y, min z, max z: the near plane of axis `a` is row `2a` for a
+    /// ray with positive direction and row `2a + 1` otherwise; the far plane is the other one.
+    pub planes: [[f32; 8]; 6],
+    /// Index of a node, or of a block with [`LEAF`] set. Slots are in the order of any-hit visits.
+    pub children: [u32; 8],
+}
+
+impl Node {
+    pub const EMPTY: Self = Self {
+        planes: [
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+        ],
+        children: [LEAF; 8],
+    };
+}
+
+/// Up to eight triangles. Unused lanes are zero and therefore never hit.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct Block {
+    /// First vertex: rows x, y, z.
+    pub v0: [[f32; 8]; 3],
+    /// `v0 − v1`.
+    pub e1: [[f32; 8]; 3],
+    /// `v2 − v0`.
+    pub e2: [[f32; 8]; 3],
+    /// Index into the caller's triangles.
+    pub id: [u32; 8],
+}
+
+impl Block {
+    pub const EMPTY: Self = Self {
+        v0: [[0.0; 8]; 3],
+        e1: [[0.0; 8]; 3],
+        e2: [[0.0; 8]; 3],
+        id: [u32::MAX; 8],
+    };
+}
+
+/// Proof that the processor has the instructions of the wide kernels.
+#[derive(Clone, Copy, Debug)]
+pub struct Features(());
+
+impl Features {
+    pub fn detect() -> Option<Self> {
+        let present = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        present.then_some(Self(()))
+    }
+}
+
+/// The tree. Node 0 is the root. Every child that is not an empty slot is a valid index; the
+/// kernels rely on it, and [`super::collapse`] alone makes trees.
+#[derive(Debug)]
+pub struct WideTree {
+    pub(super) _features: Features,
+    pub(super) nodes: Vec<Node>,
+    pub(super) blocks: Vec<Block>,
+    /// Entries a traversal stack can ever hold.
+    pub(super) stack_entries: usize,
+}
+
+impl RayTree for WideTree {
+    fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+    }
+
+    fn scratch(&self) -> Scratch {
+        Scratch {
+            children: vec![0; self.stack_entries],
+            sorted: vec![0; self.stack_entries],
+            tiles: vec![Waiting::default(); self.stack_entries],
+        }
+    }
+
+    fn closest(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
+        // SAFETY: `_features` proves that the instructions exist.
+        unsafe { single::closest_ray(self, ray, &mut scratch.sorted) }
+    }
+
+    fn occluded(&self, ray: &Ray, scratch: &mut Scratch) -> bool {
+        // SAFETY: `_features` proves that the instructions exist.
+        unsafe { single::occluded_ray(self, ray, &mut scratch.children) }
+    }
+
+    fn occluded_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, occluded: &mut [u64]) {
+        // SAFETY: `_features` proves that the instructions exist.
+        unsafe { bundle::occluded(self, bundle, scratch, occluded) }
+    }
+
+    fn closest_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, hits: &mut [Option<Hit>]) {
+        // SAFETY: `_features` proves that the instructions exist.
+        unsafe { bundle::closest(self, bundle, scratch, hits) }
+    }
+}
