@@ -4,11 +4,8 @@ use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::{Technique, ambient_occlusion, truth};
 
 /// All techniques.
-pub const TECHNIQUES: &[TechniqueEntry] = &[
-    ambient_occlusion::ENTRY,
-    truth::DIRECT,
-    truth::PATH_TRACING,
-];
+pub const TECHNIQUES: &[TechniqueEntry] =
+    &[ambient_occlusion::ENTRY, truth::DIRECT, truth::PATH_TRACING];
 
 /// All first stages of placement.
 pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];

@@ -9,7 +9,9 @@ use super::render::Prepared;
 pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
     let prepared = Prepared::new(&args.contender)?;
     if prepared.distribution.is_none() {
-        return Err(Failure::usage("the reference has no records; name a distribution with --method"));
+        return Err(Failure::usage(
+            "the reference has no records; name a distribution with --method",
+        ));
     }
     let rendered = prepared.render()?;
     let width = prepared.frame().width as u32;

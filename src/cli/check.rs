@@ -27,7 +27,10 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
             }
         }
         let bytes = check.report.cost.of(needs);
-        techniques.insert(entry.about.id.into(), serde_json::json!({ "needs": names, "bytes": bytes }));
+        techniques.insert(
+            entry.about.id.into(),
+            serde_json::json!({ "needs": names, "bytes": bytes }),
+        );
     }
     json["techniques"] = techniques.into();
     if args.json {
@@ -41,7 +44,9 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
 /// `key: value` lines, nested values indented; empty lists are left out.
 fn print(value: &serde_json::Value, depth: usize) {
     let indent = "  ".repeat(depth);
-    let Some(object) = value.as_object() else { return };
+    let Some(object) = value.as_object() else {
+        return;
+    };
     for (key, value) in object {
         match value {
             serde_json::Value::Object(_) => {

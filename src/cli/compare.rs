@@ -34,7 +34,10 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
 fn write_maps(folder: &std::path::Path, maps: &Maps) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
     let write = |name: &str, map: &Plane, top: f32| {
-        write_png_coded(&folder.join(name), &false_color(map, (0.0, top), Palette::Magma))
+        write_png_coded(
+            &folder.join(name),
+            &false_color(map, (0.0, top), Palette::Magma),
+        )
     };
     write("flip_ldr.png", &maps.flip_ldr, 1.0)?;
     if let Some(map) = &maps.flip_hdr {
@@ -45,7 +48,11 @@ fn write_maps(folder: &std::path::Path, maps: &Maps) -> Result<(), Failure> {
         height: maps.error.height,
         values: maps.error.pixels.iter().map(|p| luminance(*p)).collect(),
     };
-    let top = error.values.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let top = error
+        .values
+        .iter()
+        .copied()
+        .fold(f32::MIN_POSITIVE, f32::max);
     write("error.png", &error, top)?;
     Ok(())
 }

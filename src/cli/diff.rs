@@ -5,7 +5,16 @@ use super::exit::{self, Failure};
 use crate::experiment::{Row, Store};
 use crate::metric::statistics::Summary;
 
-const COLUMNS: &[&str] = &["rmse", "relmse", "flip_ldr", "ssim", "rays", "shadow_rays", "lookups", "seconds_total"];
+const COLUMNS: &[&str] = &[
+    "rmse",
+    "relmse",
+    "flip_ldr",
+    "ssim",
+    "rays",
+    "shadow_rays",
+    "lookups",
+    "seconds_total",
+];
 
 /// One contender on one scene and one combination of swept values.
 type Group = (String, String, String);
@@ -24,7 +33,9 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
         }
     }
     if groups.is_empty() {
-        return Err(Failure::nothing("the two folders have no job in common (same scene, label, sweep and seed)"));
+        return Err(Failure::nothing(
+            "the two folders have no job in common (same scene, label, sweep and seed)",
+        ));
     }
     let mut changed = 0;
     for name in &groups {
@@ -50,7 +61,9 @@ fn group(row: &Row) -> Group {
 }
 
 fn partner<'a>(row: &Row, others: &'a [Row]) -> Option<&'a Row> {
-    others.iter().find(|o| o.seed == row.seed && group(o) == group(row))
+    others
+        .iter()
+        .find(|o| o.seed == row.seed && group(o) == group(row))
 }
 
 /// One column's change; `None` if it is the same in all pairs.
@@ -62,7 +75,8 @@ fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<String> {
     if values.is_empty() || values.iter().all(|(a, b)| a == b) {
         return None;
     }
-    let mean = |side: fn(&(f64, f64)) -> f64| values.iter().map(side).sum::<f64>() / values.len() as f64;
+    let mean =
+        |side: fn(&(f64, f64)) -> f64| values.iter().map(side).sum::<f64>() / values.len() as f64;
     let (a, b) = (mean(|v| v.0), mean(|v| v.1));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
     let significance = match Summary::of(&differences).and_then(|s| s.half_width) {
@@ -70,5 +84,8 @@ fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<String> {
         Some(half) if (b - a).abs() > half => format!("significant, ±{half:.2e}"),
         Some(half) => format!("within noise, ±{half:.2e}"),
     };
-    Some(format!("{column:<14} {a:.6} → {b:.6} ({:+.2} %), {significance}", 100.0 * (b - a) / a))
+    Some(format!(
+        "{column:<14} {a:.6} → {b:.6} ({:+.2} %), {significance}",
+        100.0 * (b - a) / a
+    ))
 }

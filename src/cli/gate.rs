@@ -73,16 +73,22 @@ fn word(verdict: Verdict) -> &'static str {
 }
 
 fn print(gate: &Gate) {
-    println!("{:<12} {}   [{}]", word(overall(&gate.judged)), gate.text, gate.expect);
+    println!(
+        "{:<12} {}   [{}]",
+        word(overall(&gate.judged)),
+        gate.text,
+        gate.expect
+    );
     for one in gate.judged.iter().filter(|j| j.verdict != Verdict::Holds) {
         println!("             {}", describe(one));
     }
 }
 
 fn describe(one: &Judged) -> String {
-    let interval = one
-        .half_width
-        .map_or_else(|| "one run".to_owned(), |h| format!("±{h:.2e}, {} repeats", one.repeats));
+    let interval = one.half_width.map_or_else(
+        || "one run".to_owned(),
+        |h| format!("±{h:.2e}, {} repeats", one.repeats),
+    );
     format!(
         "{} {}: {} — {:.6} against {:.6} ({interval})",
         one.scene,
@@ -95,7 +101,12 @@ fn describe(one: &Judged) -> String {
 
 /// One test case a gate; what is open or without data is `skipped`.
 fn junit(name: &str, gates: &[Gate]) -> String {
-    let count = |verdict| gates.iter().filter(|g| overall(&g.judged) == verdict).count();
+    let count = |verdict| {
+        gates
+            .iter()
+            .filter(|g| overall(&g.judged) == verdict)
+            .count()
+    };
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let _ = writeln!(
         xml,
@@ -106,13 +117,25 @@ fn junit(name: &str, gates: &[Gate]) -> String {
         count(Verdict::Inconclusive) + count(Verdict::NoData)
     );
     for gate in gates {
-        let _ = write!(xml, "  <testcase classname=\"{}\" name=\"{}\">", escape(name), escape(&gate.text));
+        let _ = write!(
+            xml,
+            "  <testcase classname=\"{}\" name=\"{}\">",
+            escape(name),
+            escape(&gate.text)
+        );
         let details: Vec<String> = gate.judged.iter().map(describe).collect();
         let details = escape(&format!("{}\n{}", gate.expect, details.join("\n")));
         let _ = match overall(&gate.judged) {
             Verdict::Holds => write!(xml, "<system-out>{details}</system-out>"),
-            Verdict::DoesNotHold => write!(xml, "<failure message=\"does not hold\">{details}</failure>"),
-            open => write!(xml, "<skipped message=\"{}\"/><system-out>{details}</system-out>", word(open)),
+            Verdict::DoesNotHold => write!(
+                xml,
+                "<failure message=\"does not hold\">{details}</failure>"
+            ),
+            open => write!(
+                xml,
+                "<skipped message=\"{}\"/><system-out>{details}</system-out>",
+                word(open)
+            ),
         };
         xml.push_str("</testcase>\n");
     }

@@ -24,7 +24,10 @@ pub fn list(args: &ListArgs) -> Result<u8, Failure> {
     };
     if !KINDS.iter().any(|kind| wanted(kind)) {
         let kind = args.kind.as_deref().unwrap_or("");
-        return Err(Failure::usage(format!("nothing is listed as `{kind}`; known: {}", KINDS.join(", "))));
+        return Err(Failure::usage(format!(
+            "nothing is listed as `{kind}`; known: {}",
+            KINDS.join(", ")
+        )));
     }
     for kind in KINDS.iter().filter(|kind| wanted(kind)) {
         println!("{kind}:");
@@ -50,13 +53,18 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let chosen: Vec<_> = all
         .iter()
         .filter(|(k, about)| {
-            let of_kind = kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'));
+            let of_kind =
+                kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'));
             of_kind && (name == "all" || about.answers_to(name))
         })
         .collect();
     if chosen.is_empty() {
         let known: Vec<String> = all.iter().map(|(k, a)| format!("{k}/{}", a.id)).collect();
-        return Err(Failure::usage(format!("no entry `{}`; known: {}", args.entry, known.join(", "))));
+        return Err(Failure::usage(format!(
+            "no entry `{}`; known: {}",
+            args.entry,
+            known.join(", ")
+        )));
     }
     for (kind, about) in chosen {
         print!("{}", page(kind, about));
@@ -80,7 +88,10 @@ pub fn page(kind: &str, about: &About) -> String {
     if !about.parameters.is_empty() {
         text.push_str("\n| parameter | default | unit | meaning |\n|---|---|---|---|\n");
         for p in about.parameters {
-            text.push_str(&format!("| `{}` | {} | {} | {} |\n", p.key, p.default, p.unit, p.meaning));
+            text.push_str(&format!(
+                "| `{}` | {} | {} | {} |\n",
+                p.key, p.default, p.unit, p.meaning
+            ));
         }
     }
     if !about.failures.is_empty() {

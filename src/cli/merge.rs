@@ -15,7 +15,10 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
         .iter()
         .map(|folder| Store::open(folder))
         .collect::<Result<Vec<_>, _>>()?;
-    let plans = stores.iter().map(Store::plan).collect::<Result<Vec<Plan>, _>>()?;
+    let plans = stores
+        .iter()
+        .map(Store::plan)
+        .collect::<Result<Vec<Plan>, _>>()?;
     let mut united = plans[0].clone();
     if let Some(other) = plans.iter().find(|p| p.name != united.name) {
         return Err(Failure::usage(format!(
@@ -25,7 +28,9 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     }
     let mut seen = HashSet::new();
     united.jobs = plans.into_iter().flat_map(|p| p.jobs).collect();
-    united.jobs.retain(|job| seen.insert((job.id.clone(), job.label.clone())));
+    united
+        .jobs
+        .retain(|job| seen.insert((job.id.clone(), job.label.clone())));
     let target = Store::create(&args.out)?;
     for store in &stores {
         for job in united.jobs.iter().filter(|j| store.row(&j.id).is_some()) {
@@ -35,7 +40,10 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
             }
         }
     }
-    fs::copy(stores[0].folder.join("config.json"), args.out.join("config.json"))?;
+    fs::copy(
+        stores[0].folder.join("config.json"),
+        args.out.join("config.json"),
+    )?;
     target.write("plan.json", &serde_json::to_string_pretty(&united)?)?;
     target.write_rows(&target.rows(&united))?;
     let written = crate::report::write(&args.out)?;

@@ -70,7 +70,12 @@ fn dispatch(verb: Verb) -> Result<u8, Failure> {
         Verb::List(args) => list::list(&args),
         Verb::Explain(args) => list::explain(&args),
         Verb::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "lightbench", &mut std::io::stdout());
+            clap_complete::generate(
+                shell,
+                &mut Cli::command(),
+                "lightbench",
+                &mut std::io::stdout(),
+            );
             Ok(exit::OK)
         }
         Verb::Man => {

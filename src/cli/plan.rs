@@ -17,13 +17,17 @@ pub struct Planned {
 
 /// Plans every config of the selection and applies its filters.
 pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
-    let (settings, configs): (Vec<&String>, Vec<&String>) =
-        selection.inputs.iter().partition(|input| input.contains('='));
+    let (settings, configs): (Vec<&String>, Vec<&String>) = selection
+        .inputs
+        .iter()
+        .partition(|input| input.contains('='));
     if configs.is_empty() {
         return Err(Failure::usage("no config file given, only overrides"));
     }
     if selection.out.is_some() && configs.len() > 1 {
-        return Err(Failure::usage("--out names one folder, but several configs are given"));
+        return Err(Failure::usage(
+            "--out names one folder, but several configs are given",
+        ));
     }
     let mut overrides = settings
         .iter()
@@ -50,7 +54,9 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
         });
     }
     if all.iter().all(|p| p.plan.jobs.is_empty()) {
-        return Err(Failure::nothing("no job is selected: look at --scene, --method and --shard"));
+        return Err(Failure::nothing(
+            "no job is selected: look at --scene, --method and --shard",
+        ));
     }
     Ok(all)
 }
@@ -77,7 +83,11 @@ impl Filter {
                 .and_then(|(k, n)| Some((k.parse::<usize>().ok()?, n.parse::<usize>().ok()?)))
                 .filter(|(k, n)| *k >= 1 && k <= n)
                 .map(|(k, n)| (k - 1, n))
-                .ok_or_else(|| Failure::usage(format!("--shard {text}: expected K/N with 1 ≤ K ≤ N, for example 2/8")))?,
+                .ok_or_else(|| {
+                    Failure::usage(format!(
+                        "--shard {text}: expected K/N with 1 ≤ K ≤ N, for example 2/8"
+                    ))
+                })?,
         };
         Ok(Self {
             scene: glob(&selection.scene)?,

@@ -13,12 +13,17 @@ pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
     };
     let found = store.list()?;
     if found.is_empty() {
-        return Err(Failure::nothing(format!("no reference in {}", args.folder.display())));
+        return Err(Failure::nothing(format!(
+            "no reference in {}",
+            args.folder.display()
+        )));
     }
     println!("key               size       samples        floor (RMSE)  seconds");
     for (key, path) in found {
         let r = Reference::read(&path)?;
-        let floor = r.floor().map_or("unknown".to_owned(), |f| format!("{f:.3e}"));
+        let floor = r
+            .floor()
+            .map_or("unknown".to_owned(), |f| format!("{f:.3e}"));
         println!(
             "{key}  {:>4}x{:<4}  {:>6}/{:<6}  {floor:>12}  {:>8.1}{}",
             r.mean.width,
@@ -26,7 +31,11 @@ pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
             r.samples,
             r.wanted,
             r.seconds,
-            if r.samples < r.wanted { "  unfinished" } else { "" }
+            if r.samples < r.wanted {
+                "  unfinished"
+            } else {
+                ""
+            }
         );
     }
     Ok(exit::OK)
@@ -46,17 +55,26 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
         done.push(&job.reference);
         let technique = build_technique(job)?;
         if !technique.reference_is_random() {
-            println!("{}: {} is exact at its {} sub-pixel samples; nothing to add", job.scene, job.technique, job.spp);
+            println!(
+                "{}: {} is exact at its {} sub-pixel samples; nothing to add",
+                job.scene, job.technique, job.spp
+            );
             continue;
         }
         let scene = load_scene(job, technique.as_ref())?;
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
         let frame = frame_of(job, (&scene, &tracer))?;
-        let mut reference = store.obtain(&job.reference, (technique.as_ref(), &frame), &|_, _| {})?;
+        let mut reference =
+            store.obtain(&job.reference, (technique.as_ref(), &frame), &|_, _| {})?;
         let path = store.path(&job.reference);
-        store.extend(&mut reference, (&path, args.samples), (technique.as_ref(), &frame), &|done, all| {
-            eprintln!("{}: {done}/{all}", job.scene);
-        })?;
+        store.extend(
+            &mut reference,
+            (&path, args.samples),
+            (technique.as_ref(), &frame),
+            &|done, all| {
+                eprintln!("{}: {done}/{all}", job.scene);
+            },
+        )?;
         println!("{}: {} samples", job.scene, reference.samples);
     }
     Ok(exit::OK)

@@ -12,7 +12,9 @@ use crate::experiment::Override;
 use crate::image::{Attributes, Image, Layer, write_exr, write_png};
 use crate::registry::{self, TechniqueEntry};
 use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_scene};
-use crate::technique::{Contender, Distribution, Frame, Rendered, Stages, Technique, cached, reference_pass};
+use crate::technique::{
+    Contender, Distribution, Frame, Rendered, Stages, Technique, cached, reference_pass,
+};
 use crate::trace::{RayCounter, Tracer};
 
 /// A contender that was checked, and its loaded scene.
@@ -39,7 +41,10 @@ impl Prepared {
         let technique = (entry.build)(&technique)?;
         let is_reference = args.method.eq_ignore_ascii_case("reference");
         if !is_reference && !entry.distributions {
-            return Err(Failure::usage(format!("{} has one method only: reference", entry.about.id)));
+            return Err(Failure::usage(format!(
+                "{} has one method only: reference",
+                entry.about.id
+            )));
         }
         let distribution = match is_reference {
             true => None,
@@ -50,7 +55,10 @@ impl Prepared {
             Some(name) => {
                 let known: Vec<&str> = description.views.iter().map(|v| v.name.as_str()).collect();
                 known.iter().position(|k| k == name).ok_or_else(|| {
-                    Failure::usage(format!("no view `{name}`; the scene has: {}", known.join(", ")))
+                    Failure::usage(format!(
+                        "no view `{name}`; the scene has: {}",
+                        known.join(", ")
+                    ))
                 })?
             }
         };
@@ -144,7 +152,10 @@ fn exact(technique: &dyn Technique, frame: &Frame) -> Rendered {
 pub fn technique_entry(id: &str) -> Result<&'static TechniqueEntry, Failure> {
     registry::technique(id).ok_or_else(|| {
         let known: Vec<&str> = registry::TECHNIQUES.iter().map(|e| e.about.id).collect();
-        Failure::usage(format!("no technique is called `{id}`; known: {}", known.join(", ")))
+        Failure::usage(format!(
+            "no technique is called `{id}`; known: {}",
+            known.join(", ")
+        ))
     })
 }
 
@@ -161,14 +172,16 @@ fn settings(
     for text in &args.settings {
         let Override { key, values } = Override::parse(text)?;
         let [value] = values.as_slice() else {
-            return Err(Failure::usage(format!("--set {text}: one value is expected here")));
+            return Err(Failure::usage(format!(
+                "--set {text}: one value is expected here"
+            )));
         };
         match key.as_str() {
             "max_depth" | "ao_distance" => {
                 let number = value.as_integer().map(|i| i as f64).or(value.as_float());
-                let number = number
-                    .filter(|n| *n > 0.0)
-                    .ok_or_else(|| Failure::usage(format!("--set {text}: expected a positive number")))?;
+                let number = number.filter(|n| *n > 0.0).ok_or_else(|| {
+                    Failure::usage(format!("--set {text}: expected a positive number"))
+                })?;
                 if key == "max_depth" {
                     description.max_depth = number as u32;
                 } else {
@@ -192,7 +205,9 @@ fn environment(value: &Value) -> Result<EnvironmentDescription, Failure> {
         .as_str()
         .ok_or_else(|| Failure::usage("--set environment=FILE: expected a file name"))?;
     if !Path::new(path).is_file() {
-        return Err(Failure::usage(format!("--set environment={path}: there is no such file")));
+        return Err(Failure::usage(format!(
+            "--set environment={path}: there is no such file"
+        )));
     }
     Ok(EnvironmentDescription::Map {
         path: path.into(),
@@ -205,7 +220,11 @@ fn parse_size(text: &str) -> Result<[usize; 2], Failure> {
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]))
         .filter(|[w, h]: &[usize; 2]| *w > 0 && *h > 0 && w.saturating_mul(*h) <= 1 << 28)
-        .ok_or_else(|| Failure::usage(format!("--size {text}: expected WIDTHxHEIGHT in pixels, for example 480x270")))
+        .ok_or_else(|| {
+            Failure::usage(format!(
+                "--size {text}: expected WIDTHxHEIGHT in pixels, for example 480x270"
+            ))
+        })
 }
 
 /// Renders and writes one image.
@@ -213,11 +232,16 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
     let png = match args.out.extension().and_then(|e| e.to_str()) {
         Some("png") => true,
         Some("exr") => false,
-        _ => return Err(Failure::usage(format!("--out {}: expected a .exr or .png file", args.out.display()))),
+        _ => {
+            return Err(Failure::usage(format!(
+                "--out {}: expected a .exr or .png file",
+                args.out.display()
+            )));
+        }
     };
     let prepared = Prepared::new(&args.contender)?;
     let rendered = prepared.render()?;
-    let exposure = prepared.scene.exposure.log2();
+    let exposure = prepared.technique.exposure_stops(&prepared.scene);
     if png {
         write_png(&args.out, &rendered.image, exposure)?;
     } else {
@@ -225,7 +249,11 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
         attributes.insert("scene".into(), prepared.scene.name.clone().into());
         attributes.insert("method".into(), args.contender.method.clone().into());
         attributes.insert("exposure".into(), f64::from(exposure).into());
-        write_exr(&args.out, &[Layer::color("beauty", rendered.image.clone())], &attributes)?;
+        write_exr(
+            &args.out,
+            &[Layer::color("beauty", rendered.image.clone())],
+            &attributes,
+        )?;
     }
     report(args, &prepared, &rendered)?;
     Ok(exit::OK)
@@ -253,7 +281,7 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
             "height": height,
             "spp": prepared.spp,
             "seed": prepared.seed,
-            "exposure_stops": prepared.scene.exposure.log2(),
+            "exposure_stops": prepared.technique.exposure_stops(&prepared.scene),
             "caches": rendered.records.len(),
             "rays": rendered.rays.closest,
             "shadow_rays": rendered.rays.shadow,

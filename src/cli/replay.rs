@@ -8,12 +8,22 @@ use crate::trace::{RayCounter, Tracer};
 
 /// Renders the job's records again and traces one pixel through them.
 pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
-    let id = args.job.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let id = args
+        .job
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     let folder = args
         .job
         .parent()
         .and_then(|jobs| jobs.parent())
-        .ok_or_else(|| Failure::usage(format!("{}: expected results/NAME/jobs/ID", args.job.display())))?;
+        .ok_or_else(|| {
+            Failure::usage(format!(
+                "{}: expected results/NAME/jobs/ID",
+                args.job.display()
+            ))
+        })?;
     let plan = Store::open(folder)?.plan()?;
     let job = plan
         .jobs
@@ -23,7 +33,12 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let (x, y) = args
         .pixel
         .split_once(',')
-        .and_then(|(x, y)| Some((x.trim().parse::<usize>().ok()?, y.trim().parse::<usize>().ok()?)))
+        .and_then(|(x, y)| {
+            Some((
+                x.trim().parse::<usize>().ok()?,
+                y.trim().parse::<usize>().ok()?,
+            ))
+        })
         .filter(|(x, y)| *x < job.width && *y < job.height)
         .ok_or_else(|| {
             Failure::usage(format!(
@@ -47,8 +62,12 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         reference: None,
     };
     let pixel = (y * job.width + x) as u32;
-    println!("job {id}: {} {} seed {}, pixel {x},{y}", job.scene, job.label, job.seed);
-    let lines = cached::replay(technique.as_ref(), &frame, &contender, pixel).map_err(Failure::job)?;
+    println!(
+        "job {id}: {} {} seed {}, pixel {x},{y}",
+        job.scene, job.label, job.seed
+    );
+    let lines =
+        cached::replay(technique.as_ref(), &frame, &contender, pixel).map_err(Failure::job)?;
     lines.iter().for_each(|line| println!("{line}"));
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
@@ -56,7 +75,10 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     for sample in 0..technique.reference_samples(frame.spp) {
         let mut exact = [[0.0; 3]];
         let non_finite = function.pixels(&caster, (pixel, sample), &mut exact);
-        println!("exact, sample {sample}: {:?}, {non_finite} non-finite", exact[0]);
+        println!(
+            "exact, sample {sample}: {:?}, {non_finite} non-finite",
+            exact[0]
+        );
     }
     Ok(exit::OK)
 }

@@ -22,7 +22,11 @@ pub fn run(args: &RunArgs) -> Result<u8, Failure> {
             break;
         }
     }
-    Ok(if failed > 0 { exit::SOME_FAILED } else { exit::OK })
+    Ok(if failed > 0 {
+        exit::SOME_FAILED
+    } else {
+        exit::OK
+    })
 }
 
 fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
@@ -47,7 +51,10 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
 
 /// `results/references` for `results/<name>`.
 pub fn references_beside(folder: &Path) -> PathBuf {
-    folder.parent().unwrap_or(Path::new("results")).join("references")
+    folder
+        .parent()
+        .unwrap_or(Path::new("results"))
+        .join("references")
 }
 
 /// Sets the size of the global thread pool.

@@ -6,11 +6,19 @@ use super::row::NUMBER_COLUMNS;
 
 /// Checks every expression, label and column against the methods' labels and the scenes' names as
 /// rows will carry them.
-pub fn check(source: &Source, config: &Config, labels: &[String], scenes: &[String]) -> Result<(), ConfigError> {
+pub fn check(
+    source: &Source,
+    config: &Config,
+    labels: &[String],
+    scenes: &[String],
+) -> Result<(), ConfigError> {
     let names = Names { labels, scenes };
     let claims = config.claim.iter().map(|c| &c.expect).enumerate();
     let gates = config.gate.iter().map(|g| &g.expect).enumerate();
-    for (list, (index, expect)) in claims.map(|c| ("claim", c)).chain(gates.map(|g| ("gate", g))) {
+    for (list, (index, expect)) in claims
+        .map(|c| ("claim", c))
+        .chain(gates.map(|g| ("gate", g)))
+    {
         let path = [list, &index.to_string(), "expect"];
         names
             .expression(expect)
@@ -18,9 +26,9 @@ pub fn check(source: &Source, config: &Config, labels: &[String], scenes: &[Stri
     }
     for (index, table) in config.table.iter().enumerate() {
         for column in &table.metrics {
-            names
-                .column(column)
-                .map_err(|message| source.error(&["table", &index.to_string(), "metrics"], message))?;
+            names.column(column).map_err(|message| {
+                source.error(&["table", &index.to_string(), "metrics"], message)
+            })?;
         }
     }
     for (index, figure) in config.figure.iter().enumerate() {
@@ -54,7 +62,10 @@ impl Names<'_> {
                 Some((label, scene)) => {
                     self.label(label)?;
                     if !self.scenes.iter().any(|s| s == scene) {
-                        return Err(format!("no scene is called `{scene}`; there are: {}", self.scenes.join(", ")));
+                        return Err(format!(
+                            "no scene is called `{scene}`; there are: {}",
+                            self.scenes.join(", ")
+                        ));
                     }
                 }
             }
@@ -66,7 +77,10 @@ impl Names<'_> {
         if self.labels.iter().any(|l| l == label) {
             return Ok(());
         }
-        Err(format!("no method is called `{label}`; there are: {}", self.labels.join(", ")))
+        Err(format!(
+            "no method is called `{label}`; there are: {}",
+            self.labels.join(", ")
+        ))
     }
 
     fn column(&self, column: &str) -> Result<(), String> {

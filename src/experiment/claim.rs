@@ -38,7 +38,9 @@ pub struct Judged {
 pub fn judge(expression: &Expression, rows: &[Row], scenes: &[String]) -> Vec<Judged> {
     let about = |row: &Row| {
         scenes.is_empty()
-            || scenes.iter().any(|s| *s == row.scene || row.paper.as_deref() == Some(s))
+            || scenes
+                .iter()
+                .any(|s| *s == row.scene || row.paper.as_deref() == Some(s))
     };
     let mut groups: Vec<(String, String)> = Vec::new();
     for row in rows.iter().filter(|r| about(r)) {
@@ -49,9 +51,7 @@ pub fn judge(expression: &Expression, rows: &[Row], scenes: &[String]) -> Vec<Ju
     }
     groups
         .into_iter()
-        .map(|(scene, at)| {
-            judge_group(expression, rows, (scene, at))
-        })
+        .map(|(scene, at)| judge_group(expression, rows, (scene, at)))
         .collect()
 }
 
@@ -77,14 +77,17 @@ fn judge_group(expression: &Expression, rows: &[Row], (scene, at): (String, Stri
             r.ok() && r.seed == seed && r.label == label && r.scene == scene && sweep_text(r) == at
         })
     };
-    let of_group = rows.iter().filter(|r| r.scene == scene && sweep_text(r) == at);
+    let of_group = rows
+        .iter()
+        .filter(|r| r.scene == scene && sweep_text(r) == at);
     let mut seeds: Vec<u64> = of_group.map(|r| r.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
     let sides: Vec<(f64, f64)> = seeds
         .iter()
         .filter_map(|&seed| {
-            let measured = expression.measure(&|column, label| find(label, seed)?.number(column))?;
+            let measured =
+                expression.measure(&|column, label| find(label, seed)?.number(column))?;
             Some((measured.smaller, measured.larger))
         })
         .collect();
@@ -154,9 +157,17 @@ mod tests {
             .flat_map(|s| [row("A", s, 0.1 + s as f64 * 0.001), row("B", s, 0.2)])
             .collect();
         assert_eq!(verdict(&clear), Verdict::Holds);
-        let open = [row("A", 1, 0.1), row("B", 1, 0.2), row("A", 2, 0.2), row("B", 2, 0.15)];
+        let open = [
+            row("A", 1, 0.1),
+            row("B", 1, 0.2),
+            row("A", 2, 0.2),
+            row("B", 2, 0.15),
+        ];
         assert_eq!(verdict(&open), Verdict::Inconclusive);
-        assert_eq!(verdict(&[row("A", 1, 0.3), row("B", 1, 0.2)]), Verdict::DoesNotHold);
+        assert_eq!(
+            verdict(&[row("A", 1, 0.3), row("B", 1, 0.2)]),
+            Verdict::DoesNotHold
+        );
         assert_eq!(verdict(&[row("A", 1, 0.3)]), Verdict::NoData);
     }
 }

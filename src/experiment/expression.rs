@@ -208,7 +208,8 @@ mod tests {
 
     #[test]
     fn evaluates_arithmetic_and_labels_with_plus() {
-        let expression = Expression::parse("rmse(VGC+DGS) < 0.5 * min(rmse(SD), 3 - rmse(IM))").expect("parses");
+        let expression =
+            Expression::parse("rmse(VGC+DGS) < 0.5 * min(rmse(SD), 3 - rmse(IM))").expect("parses");
         let value = |column: &str, label: &str| match (column, label) {
             ("rmse", "VGC+DGS") => Some(1.0),
             ("rmse", "SD") => Some(4.0),
@@ -216,16 +217,35 @@ mod tests {
             _ => None,
         };
         let measured = expression.measure(&value).expect("all there");
-        assert_eq!(measured, Measured { smaller: 1.0, larger: 1.25 });
+        assert_eq!(
+            measured,
+            Measured {
+                smaller: 1.0,
+                larger: 1.25
+            }
+        );
         assert_eq!(expression.names().len(), 3);
         let flipped = Expression::parse("psnr(A) >= 30").expect("parses");
         let measured = flipped.measure(&|_, _| Some(40.0)).expect("there");
-        assert_eq!(measured, Measured { smaller: 30.0, larger: 40.0 });
+        assert_eq!(
+            measured,
+            Measured {
+                smaller: 30.0,
+                larger: 40.0
+            }
+        );
     }
 
     #[test]
     fn says_where_it_is_wrong() {
-        for text in ["", "rmse(A)", "rmse(A) <", "rmse < 1", "rmse(A) < 1 1", "min(rmse(A) < 1"] {
+        for text in [
+            "",
+            "rmse(A)",
+            "rmse(A) <",
+            "rmse < 1",
+            "rmse(A) < 1 1",
+            "min(rmse(A) < 1",
+        ] {
             let message = Expression::parse(text).expect_err(text);
             assert!(message.contains("expected"), "{message}");
         }

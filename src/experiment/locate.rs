@@ -10,10 +10,13 @@ pub fn locate(text: &str, path: &[&str]) -> Option<usize> {
     let mut here: Option<&DeValue> = None;
     for segment in path {
         let next = match (here, segment.parse::<usize>()) {
-            (None, _) => root.get_ref().get_key_value(*segment).map(|(k, v)| (k.span().start, v)),
-            (Some(DeValue::Table(table)), _) => {
-                table.get_key_value(*segment).map(|(k, v)| (k.span().start, v))
-            }
+            (None, _) => root
+                .get_ref()
+                .get_key_value(*segment)
+                .map(|(k, v)| (k.span().start, v)),
+            (Some(DeValue::Table(table)), _) => table
+                .get_key_value(*segment)
+                .map(|(k, v)| (k.span().start, v)),
             (Some(DeValue::Array(array)), Ok(index)) => {
                 array.get(index).map(|v| (v.span().start, v))
             }

@@ -16,8 +16,8 @@ mod store;
 
 pub use claim::{Judged, Verdict, judge, overall};
 pub use config::{
-    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, Published, Scale, SceneChoice,
-    SceneTransform, Source, TableKind, TableSpec, line_column,
+    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, Published, Scale,
+    SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
 };
 pub use expression::{Expression, Measured};
 pub use overrides::Override;

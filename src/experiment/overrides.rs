@@ -59,12 +59,18 @@ fn range(text: &str) -> Option<Result<Vec<Value>, String>> {
     let step = numbers.get(2).copied().unwrap_or(1.0);
     let count = ((to - from) / step + 1e-9).floor();
     if !(step > 0.0 && (0.0..10_000.0).contains(&count)) {
-        return Some(Err("a range is from..to or from..to..step, ascending, at most 10000 values".into()));
+        return Some(Err(
+            "a range is from..to or from..to..step, ascending, at most 10000 values".into(),
+        ));
     }
     let whole = numbers.iter().all(|n| n.fract() == 0.0);
     let value = |i: usize| {
         let x = from + i as f64 * step;
-        if whole { Value::Integer(x as i64) } else { Value::Float(x) }
+        if whole {
+            Value::Integer(x as i64)
+        } else {
+            Value::Float(x)
+        }
     };
     Some(Ok((0..=count as usize).map(value).collect()))
 }
@@ -81,10 +87,21 @@ pub fn apply(table: &mut Table, key: &str, value: &Value) -> Result<(), ConfigEr
         if rest.is_empty() {
             return Err(error(format!("expected {list}.NAME.key")));
         }
-        let names: &[&str] = if *list == "method" { &["label", "id"] } else { &["name"] };
+        let names: &[&str] = if *list == "method" {
+            &["label", "id"]
+        } else {
+            &["name"]
+        };
         let mut touched = false;
-        for entry in table.get_mut(*list).and_then(Value::as_array_mut).into_iter().flatten() {
-            let Some(entry) = entry.as_table_mut() else { continue };
+        for entry in table
+            .get_mut(*list)
+            .and_then(Value::as_array_mut)
+            .into_iter()
+            .flatten()
+        {
+            let Some(entry) = entry.as_table_mut() else {
+                continue;
+            };
             let is = |k: &&str| entry.get(*k).and_then(Value::as_str) == Some(*name);
             if *name == "*" || names.iter().any(is) {
                 set(entry, rest, value).map_err(error)?;
@@ -94,7 +111,9 @@ pub fn apply(table: &mut Table, key: &str, value: &Value) -> Result<(), ConfigEr
         return if touched {
             Ok(())
         } else {
-            Err(error(format!("no {list} is called `{name}` in this config")))
+            Err(error(format!(
+                "no {list} is called `{name}` in this config"
+            )))
         };
     }
     set(table, &segments, value).map_err(error)
@@ -133,11 +152,20 @@ mod tests {
 
     #[test]
     fn methods_are_reached_by_label_or_id() {
-        let mut table: Table = "[[method]]\nid = \"SD\"\nlabel = \"SD-10\"\n[[method]]\nid = \"IM\"\n"
-            .parse()
-            .expect("toml");
-        apply(&mut table, "method.SD-10.min_cluster_size", &Value::Integer(10)).expect("applies");
-        assert_eq!(table["method"][0]["min_cluster_size"].as_integer(), Some(10));
+        let mut table: Table =
+            "[[method]]\nid = \"SD\"\nlabel = \"SD-10\"\n[[method]]\nid = \"IM\"\n"
+                .parse()
+                .expect("toml");
+        apply(
+            &mut table,
+            "method.SD-10.min_cluster_size",
+            &Value::Integer(10),
+        )
+        .expect("applies");
+        assert_eq!(
+            table["method"][0]["min_cluster_size"].as_integer(),
+            Some(10)
+        );
         assert!(apply(&mut table, "method.XX.a", &Value::Integer(1)).is_err());
     }
 }

@@ -141,25 +141,28 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     plan.notes.dedup();
     // All jobs of a scene together, so that it is loaded once; otherwise in the order written.
     let order: Vec<String> = plan.jobs.iter().map(|j| j.scene.clone()).collect();
-    plan.jobs.sort_by_key(|job| order.iter().position(|s| *s == job.scene));
+    plan.jobs
+        .sort_by_key(|job| order.iter().position(|s| *s == job.scene));
     let mut seen = std::collections::HashSet::new();
-    plan.jobs.retain(|job| seen.insert((job.id.clone(), job.label.clone())));
+    plan.jobs
+        .retain(|job| seen.insert((job.id.clone(), job.label.clone())));
     Ok((base, plan))
 }
 
 /// All combinations of the swept values, in the order of keys and values.
 fn combinations(axes: &BTreeMap<String, Vec<Value>>) -> Vec<BTreeMap<String, Value>> {
-    axes.iter().fold(vec![BTreeMap::new()], |done, (key, values)| {
-        done.iter()
-            .flat_map(|combination| {
-                values.iter().map(|value| {
-                    let mut next = combination.clone();
-                    next.insert(key.clone(), value.clone());
-                    next
+    axes.iter()
+        .fold(vec![BTreeMap::new()], |done, (key, values)| {
+            done.iter()
+                .flat_map(|combination| {
+                    values.iter().map(|value| {
+                        let mut next = combination.clone();
+                        next.insert(key.clone(), value.clone());
+                        next
+                    })
                 })
-            })
-            .collect()
-    })
+                .collect()
+        })
 }
 
 /// A scene of the config that was found.
@@ -181,11 +184,18 @@ impl Planner<'_> {
         let config = self.config;
         let technique = registry::technique(&config.technique).ok_or_else(|| {
             let known: Vec<&str> = registry::TECHNIQUES.iter().map(|e| e.about.id).collect();
-            let message = format!("no technique is called `{}`; known: {}", config.technique, known.join(", "));
+            let message = format!(
+                "no technique is called `{}`; known: {}",
+                config.technique,
+                known.join(", ")
+            );
             self.source.error(&["technique"], message)
         })?;
         if !technique.distributions {
-            let message = format!("{} has no contenders to compare; use `lightbench render`", technique.about.id);
+            let message = format!(
+                "{} has no contenders to compare; use `lightbench render`",
+                technique.about.id
+            );
             return Err(self.source.error(&["technique"], message));
         }
         (technique.build)(&config.parameters).map_err(|error| {
@@ -193,7 +203,9 @@ impl Planner<'_> {
             self.source.error(&path, error.message)
         })?;
         if config.spp == 0 || config.repeats == 0 {
-            return Err(self.source.error(&["spp"], "spp and repeats must be at least 1".into()));
+            return Err(self
+                .source
+                .error(&["spp"], "spp and repeats must be at least 1".into()));
         }
         let methods = self.methods()?;
         for (index, choice) in config.scene.iter().enumerate() {
@@ -206,7 +218,9 @@ impl Planner<'_> {
                         .clone()
                         .and_then(|o| find_scene(&o).ok().map(|d| (o, d)));
                     let Some(other) = replaced else {
-                        return Err(self.source.error(&["scene", &index, "name"], error.to_string()));
+                        return Err(self
+                            .source
+                            .error(&["scene", &index, "name"], error.to_string()));
                     };
                     plan.notes.push(format!(
                         "scene `{}` was not found; `{}` stands in for it",
@@ -228,7 +242,9 @@ impl Planner<'_> {
     /// Method id, label and parameters, all checked.
     fn methods(&self) -> Result<Vec<(String, String, Table)>, ConfigError> {
         if self.config.method.is_empty() {
-            return Err(self.source.error(&["method"], "expected at least one [[method]]".into()));
+            return Err(self
+                .source
+                .error(&["method"], "expected at least one [[method]]".into()));
         }
         let mut methods: Vec<(String, String, Table)> = Vec::new();
         for (index, written) in self.config.method.iter().enumerate() {
@@ -236,12 +252,17 @@ impl Planner<'_> {
             let mut parameters = written.clone();
             let mut text = |key: &str| match parameters.remove(key) {
                 Some(Value::String(text)) => Ok(Some(text)),
-                Some(_) => Err(self.source.error(&["method", &index, key], format!("{key} must be text"))),
+                Some(_) => Err(self
+                    .source
+                    .error(&["method", &index, key], format!("{key} must be text"))),
                 None => Ok(None),
             };
             let (id, label) = (text("id")?, text("label")?);
             let id = id.ok_or_else(|| {
-                self.source.error(&["method", &index], "a method needs an id, for example id = \"VGC+DGS\"".into())
+                self.source.error(
+                    &["method", &index],
+                    "a method needs an id, for example id = \"VGC+DGS\"".into(),
+                )
             })?;
             let distribution = Distribution::new(&id, &parameters).map_err(|error| {
                 let key = error.key.as_deref().unwrap_or("id");
@@ -280,12 +301,21 @@ impl Planner<'_> {
         }
         .ok_or_else(|| {
             let known: Vec<&str> = description.views.iter().map(|v| v.name.as_str()).collect();
-            at("view", format!("the scene has no such view; it has: {}", known.join(", ")))
+            at(
+                "view",
+                format!("the scene has no such view; it has: {}", known.join(", ")),
+            )
         })?;
-        let [full_width, full_height] = choice.size.or(config.size).unwrap_or([view.width, view.height]);
+        let [full_width, full_height] = choice
+            .size
+            .or(config.size)
+            .unwrap_or([view.width, view.height]);
         let scaled = |side: usize| ((side as f64 * config.scale.0).round() as usize).max(1);
         let full_caches = choice.caches.or(config.caches).ok_or_else(|| {
-            at("caches", "no number of caches: set `caches` for the experiment or the scene".into())
+            at(
+                "caches",
+                "no number of caches: set `caches` for the experiment or the scene".into(),
+            )
         })?;
         let caches = ((full_caches as f64 * config.scale.0 * config.scale.0).round() as u64).max(1);
         let mut technique_parameters = config.parameters.clone();
@@ -297,7 +327,10 @@ impl Planner<'_> {
             for repeat in 0..config.repeats {
                 let mut job = Job {
                     id: String::new(),
-                    scene: choice.label.clone().unwrap_or_else(|| description.name.clone()),
+                    scene: choice
+                        .label
+                        .clone()
+                        .unwrap_or_else(|| description.name.clone()),
                     found: found.to_owned(),
                     asked: choice.name.clone(),
                     paper: choice.paper.clone(),

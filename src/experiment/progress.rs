@@ -92,7 +92,11 @@ impl Progress {
         state.rays_done += rays.saturating_sub(state.reference_done);
         state.reference_done = rays;
         let quiet_for = state.last_line.map_or(Duration::MAX, |at| at.elapsed());
-        let text = format!("{}: reference {done}/{all} {}", job.scene, self.remaining(&state));
+        let text = format!(
+            "{}: reference {done}/{all} {}",
+            job.scene,
+            self.remaining(&state)
+        );
         let due = quiet_for > Duration::from_secs(10);
         if due {
             state.last_line = Some(Instant::now());
@@ -195,7 +199,9 @@ impl Progress {
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.state
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 

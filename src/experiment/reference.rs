@@ -73,7 +73,13 @@ impl Reference {
         }
         let n = f64::from(self.samples);
         let values = self.deviations.pixels.len() as f64 * 3.0;
-        let sum: f64 = self.deviations.pixels.iter().flatten().map(|&d| f64::from(d)).sum();
+        let sum: f64 = self
+            .deviations
+            .pixels
+            .iter()
+            .flatten()
+            .map(|&d| f64::from(d))
+            .sum();
         (self.samples > 1 && values > 0.0).then(|| (sum / (values * n * (n - 1.0))).sqrt())
     }
 
@@ -103,14 +109,23 @@ impl Reference {
                 reason: format!("no layer `{name}`; delete the file to render it again"),
             }),
         };
-        let number = |key: &str| file.attributes.get(key).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+        let number = |key: &str| {
+            file.attributes
+                .get(key)
+                .and_then(serde_json::Value::as_f64)
+                .unwrap_or(0.0)
+        };
         Ok(Self {
             // The first layer of a file is its picture, without a name.
             mean: layer("")?,
             deviations: layer("deviations")?,
             samples: number("samples") as u32,
             wanted: number("wanted") as u32,
-            random: file.attributes.get("random").and_then(serde_json::Value::as_bool).unwrap_or(true),
+            random: file
+                .attributes
+                .get("random")
+                .and_then(serde_json::Value::as_bool)
+                .unwrap_or(true),
             non_finite: number("non_finite") as u64,
             seconds: number("seconds"),
             rays: number("rays") as u64,
@@ -137,7 +152,12 @@ impl ReferenceStore {
             true => Reference::read(&path)?,
             false => Reference::empty(frame, wanted, technique.reference_is_random()),
         };
-        self.extend(&mut reference, (&path, wanted), (technique, frame), progress)?;
+        self.extend(
+            &mut reference,
+            (&path, wanted),
+            (technique, frame),
+            progress,
+        )?;
         Ok(reference)
     }
 
@@ -156,7 +176,8 @@ impl ReferenceStore {
             progress(reference.samples, wanted);
             let start = Instant::now();
             let counter = RayCounter::default();
-            let (pass, non_finite) = reference_pass(function.as_ref(), frame, reference.samples, &counter);
+            let (pass, non_finite) =
+                reference_pass(function.as_ref(), frame, reference.samples, &counter);
             reference.add(&pass);
             reference.non_finite += non_finite;
             reference.seconds += start.elapsed().as_secs_f64();

@@ -127,8 +127,22 @@ impl Row {
 
 /// The columns that tables, plots and claims may name, besides `seconds_<stage>` and parameters.
 pub const NUMBER_COLUMNS: &[&str] = &[
-    "rmse", "relmse", "psnr", "ssim", "ms_ssim", "flip_ldr", "flip_hdr", "caches", "lights", "rays",
-    "shadow_rays", "all_rays", "lookups", "bytes_peak", "non_finite", "reference_floor",
+    "rmse",
+    "relmse",
+    "psnr",
+    "ssim",
+    "ms_ssim",
+    "flip_ldr",
+    "flip_hdr",
+    "caches",
+    "lights",
+    "rays",
+    "shadow_rays",
+    "all_rays",
+    "lookups",
+    "bytes_peak",
+    "non_finite",
+    "reference_floor",
     "seconds_total",
 ];
 
@@ -142,9 +156,28 @@ pub fn to_csv(rows: &[Row]) -> io::Result<String> {
     }
     let mut writer = csv::Writer::from_writer(Vec::new());
     let fixed = [
-        "job", "experiment", "scene", "view", "frame", "technique", "method", "label", "params",
-        "sweep", "budget", "seed", "width", "height", "spp", "caches", "lights", "rays",
-        "shadow_rays", "lookups", "bytes_peak", "seconds_total",
+        "job",
+        "experiment",
+        "scene",
+        "view",
+        "frame",
+        "technique",
+        "method",
+        "label",
+        "params",
+        "sweep",
+        "budget",
+        "seed",
+        "width",
+        "height",
+        "spp",
+        "caches",
+        "lights",
+        "rays",
+        "shadow_rays",
+        "lookups",
+        "bytes_peak",
+        "seconds_total",
     ];
     let metrics = [
         "rmse", "relmse", "psnr", "ssim", "ms_ssim", "flip_ldr", "flip_hdr",
@@ -182,7 +215,9 @@ pub fn to_csv(rows: &[Row]) -> io::Result<String> {
             row.seconds_total.to_string(),
         ];
         for stage in &stages {
-            cells.push(optional(row.seconds.get(*stage).and_then(serde_json::Value::as_f64)));
+            cells.push(optional(
+                row.seconds.get(*stage).and_then(serde_json::Value::as_f64),
+            ));
         }
         cells.extend(metrics.iter().map(|m| optional(row.number(m))));
         cells.push(row.reference.clone());

@@ -51,8 +51,14 @@ pub enum RunError {
 /// Runs the jobs of a plan that are not there yet.
 pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome, RunError> {
     let store = Store::create(&options.folder)?;
-    store.write("plan.json", &serde_json::to_string_pretty(plan).map_err(io::Error::other)?)?;
-    store.write("config.json", &serde_json::to_string_pretty(config).map_err(io::Error::other)?)?;
+    store.write(
+        "plan.json",
+        &serde_json::to_string_pretty(plan).map_err(io::Error::other)?,
+    )?;
+    store.write(
+        "config.json",
+        &serde_json::to_string_pretty(config).map_err(io::Error::other)?,
+    )?;
     let mut runner = Runner {
         store,
         references: ReferenceStore {
@@ -62,7 +68,9 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         outcome: Outcome::default(),
         experiment: plan.name.clone(),
     };
-    runner.store.write("provenance.json", &super::provenance::collect(plan))?;
+    runner
+        .store
+        .write("provenance.json", &super::provenance::collect(plan))?;
     let finished: HashSet<&str> = plan
         .jobs
         .iter()
@@ -115,7 +123,12 @@ impl Runner {
     }
 
     /// All open jobs that share a reference.
-    fn frame(&mut self, jobs: &[&Job], scene: (&Scene, &Tracer), fail_fast: bool) -> Result<(), RunError> {
+    fn frame(
+        &mut self,
+        jobs: &[&Job],
+        scene: (&Scene, &Tracer),
+        fail_fast: bool,
+    ) -> Result<(), RunError> {
         let technique = build_technique(jobs[0])?;
         let frame = frame_of(jobs[0], scene)?;
         let progress = &self.progress;
@@ -168,7 +181,7 @@ impl Runner {
             reference: Some(&reference.mean),
         };
         let options = CompareOptions {
-            exposure: frame.scene.exposure.log2(),
+            exposure: technique.exposure_stops(frame.scene),
             maps: true,
             ..CompareOptions::default()
         };
@@ -189,7 +202,7 @@ impl Runner {
                     rendered,
                     comparison,
                     reference: reference.mean.clone(),
-                    exposure: frame.scene.exposure.log2(),
+                    exposure: technique.exposure_stops(frame.scene),
                 };
                 (row, Some(pictures))
             }
@@ -199,8 +212,9 @@ impl Runner {
 
 /// The technique of a job with its parameters.
 pub fn build_technique(job: &Job) -> Result<Box<dyn Technique>, RunError> {
-    let entry = registry::technique(&job.technique)
-        .ok_or_else(|| RunError::Technique(format!("no technique is called `{}`", job.technique)))?;
+    let entry = registry::technique(&job.technique).ok_or_else(|| {
+        RunError::Technique(format!("no technique is called `{}`", job.technique))
+    })?;
     (entry.build)(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
 }
 
@@ -214,7 +228,10 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
 }
 
 /// The frame of a job in a loaded scene.
-pub fn frame_of<'a>(job: &Job, (scene, tracer): (&'a Scene, &'a Tracer)) -> Result<Frame<'a>, RunError> {
+pub fn frame_of<'a>(
+    job: &Job,
+    (scene, tracer): (&'a Scene, &'a Tracer),
+) -> Result<Frame<'a>, RunError> {
     let view = scene
         .views
         .iter()
@@ -230,7 +247,12 @@ pub fn frame_of<'a>(job: &Job, (scene, tracer): (&'a Scene, &'a Tracer)) -> Resu
     })
 }
 
-fn fill(row: &mut Row, job: &Job, (rendered, comparison): (&Rendered, &Comparison), reference: &Reference) {
+fn fill(
+    row: &mut Row,
+    job: &Job,
+    (rendered, comparison): (&Rendered, &Comparison),
+    reference: &Reference,
+) {
     row.caches = Some(rendered.records.len() as u64);
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;

@@ -18,7 +18,11 @@ impl Store {
         fs::create_dir_all(folder.join("jobs"))?;
         for entry in fs::read_dir(folder.join("jobs"))? {
             let entry = entry?;
-            if entry.file_name().to_string_lossy().starts_with(".unfinished-") {
+            if entry
+                .file_name()
+                .to_string_lossy()
+                .starts_with(".unfinished-")
+            {
                 fs::remove_dir_all(entry.path())?;
             }
         }
@@ -54,14 +58,24 @@ impl Store {
     }
 
     /// Writes a job through `fill`, which gets the unfinished folder, then puts it in place.
-    pub fn write_job(&self, row: &Row, fill: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
-        let unfinished = self.folder.join("jobs").join(format!(".unfinished-{}", row.job));
+    pub fn write_job(
+        &self,
+        row: &Row,
+        fill: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let unfinished = self
+            .folder
+            .join("jobs")
+            .join(format!(".unfinished-{}", row.job));
         if unfinished.exists() {
             fs::remove_dir_all(&unfinished)?;
         }
         fs::create_dir_all(&unfinished)?;
         fill(&unfinished)?;
-        fs::write(unfinished.join("row.json"), serde_json::to_string_pretty(row)?)?;
+        fs::write(
+            unfinished.join("row.json"),
+            serde_json::to_string_pretty(row)?,
+        )?;
         let place = self.job_folder(&row.job);
         if place.exists() {
             fs::remove_dir_all(&place)?;

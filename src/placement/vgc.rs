@@ -14,8 +14,13 @@ use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
 
 /// The suggested σ_a, degrees, for numbers of records.
-const SUGGESTED: [(f64, f64); 5] =
-    [(25e3, 25.0), (40e3, 25.0), (50e3, 22.0), (80e3, 18.0), (120e3, 15.0)];
+const SUGGESTED: [(f64, f64); 5] = [
+    (25e3, 25.0),
+    (40e3, 25.0),
+    (50e3, 22.0),
+    (80e3, 18.0),
+    (120e3, 15.0),
+];
 /// σ_a grows by this factor until the budget is feasible.
 const RAISE: f32 = 1.25;
 

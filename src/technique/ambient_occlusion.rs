@@ -13,7 +13,7 @@ use super::{CachedFunction, Frame, Lookup, ShadingFunction, Site, Technique};
 use crate::cache::Neighbour;
 use crate::registry::{self, About, Bias, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::{Frame as LocalFrame, equal_area_hemisphere};
-use crate::scene::Needs;
+use crate::scene::{Needs, Scene};
 use crate::trace::{Caster, RayCounter, offset_origin};
 
 /// The registry's entry.
@@ -89,19 +89,25 @@ impl AmbientOcclusion {
         if !(1..=256).contains(&parameters.side) {
             return Err(ParameterError {
                 key: Some("side".into()),
-                message: format!("side = {} is out of range: expected 1 to 256", parameters.side),
+                message: format!(
+                    "side = {} is out of range: expected 1 to 256",
+                    parameters.side
+                ),
             });
         }
-        if parameters.distance.is_some_and(|d| !(d > 0.0)) {
+        if parameters.distance.is_some_and(|d| d.is_nan() || d <= 0.0) {
             return Err(ParameterError {
                 key: Some("distance".into()),
                 message: "distance must be positive (scene units)".into(),
             });
         }
-        parameters.lookup.validate().map_err(|message| ParameterError {
-            key: Some("lookup".into()),
-            message,
-        })?;
+        parameters
+            .lookup
+            .validate()
+            .map_err(|message| ParameterError {
+                key: Some("lookup".into()),
+                message,
+            })?;
         let directions = equal_area_hemisphere(parameters.side);
         Ok(Self {
             parameters,
@@ -132,6 +138,10 @@ impl Technique for AmbientOcclusion {
             frame,
             gatherer: self.gatherer(frame),
         })
+    }
+
+    fn exposure_stops(&self, _scene: &Scene) -> f32 {
+        0.0
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {
@@ -263,7 +273,11 @@ impl CachedFunction for VisibilityRecords {
 
     fn difference(&self, a: u32, b: u32) -> f32 {
         let bits = |i: u32| &self.occluded[i as usize * self.words..][..self.words];
-        let differing: u32 = bits(a).iter().zip(bits(b)).map(|(x, y)| (x ^ y).count_ones()).sum();
+        let differing: u32 = bits(a)
+            .iter()
+            .zip(bits(b))
+            .map(|(x, y)| (x ^ y).count_ones())
+            .sum();
         differing as f32
     }
 
@@ -283,5 +297,4 @@ impl CachedFunction for VisibilityRecords {
     fn bytes(&self) -> usize {
         self.values.len() * 4 + self.occluded.len() * 8
     }
-
 }

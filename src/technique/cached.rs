@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Contender, Frame, PlacedRecord, Rendered, Site, Stages, Technique, shading_points};
 use crate::cache::{
-    DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints, inverse_distance_weights};
+    DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints, inverse_distance_weights,
+};
 use crate::image::Image;
 use crate::metric::pixel_errors;
 use crate::placement::{FirstStage, Refinable};
@@ -171,7 +172,9 @@ fn place_and_evaluate(
     contender: &Contender,
     first: &dyn FirstStage,
 ) -> Result<Records, String> {
-    let (mut function, lookup) = technique.cached(frame).ok_or("this technique has no records")?;
+    let (mut function, lookup) = technique
+        .cached(frame)
+        .ok_or("this technique has no records")?;
     let rule = lookup.rule(frame);
     let mut stages = Stages::default();
     let points = stages.time("shading_points", || shading_points(frame, counter));
@@ -246,7 +249,10 @@ pub fn replay(
     let mut lines = Vec::new();
     for sample in 0..frame.spp {
         let Some((site, depth)) = frame.site(&caster, &frame.camera_ray(pixel, sample)) else {
-            lines.push(format!("sample {sample}: background {:?}", records.function.background()));
+            lines.push(format!(
+                "sample {sample}: background {:?}",
+                records.function.background()
+            ));
             continue;
         };
         lines.push(format!(
@@ -254,7 +260,9 @@ pub fn replay(
             (site.position.as_dvec3() + frame.scene.origin).to_array(),
             site.normal.to_array()
         ));
-        let found = records.search.map(&[site.position], &[site.normal], |_, n| n.to_vec());
+        let found = records
+            .search
+            .map(&[site.position], &[site.normal], |_, n| n.to_vec());
         let neighbours = found.into_iter().next().unwrap_or_default();
         let mut weights = Vec::new();
         inverse_distance_weights(&neighbours, frame.scene.diagonal, &mut weights);
@@ -365,7 +373,8 @@ impl Shader<'_> {
             }
             let mut weights = Vec::with_capacity(neighbours.len());
             inverse_distance_weights(neighbours, diagonal, &mut weights);
-            self.function.interpolate(&samples[query].site, neighbours, &weights)
+            self.function
+                .interpolate(&samples[query].site, neighbours, &weights)
         })
     }
 

@@ -72,7 +72,11 @@ impl Frame<'_> {
         let normal = smooth.try_normalize().unwrap_or(geometric);
         Some(Site {
             position: a * weights[0] + b * weights[1] + c * weights[2],
-            normal: if normal.dot(geometric) < 0.0 { -normal } else { normal },
+            normal: if normal.dot(geometric) < 0.0 {
+                -normal
+            } else {
+                normal
+            },
             geometric_normal: geometric,
         })
     }

@@ -17,7 +17,7 @@ pub use frame::{Frame, Site, shading_points};
 use rayon::prelude::*;
 
 use crate::image::Image;
-use crate::scene::Needs;
+use crate::scene::{Needs, Scene};
 use crate::trace::{Caster, RayCounter, RayCounts};
 
 /// A technique with its parameters set.
@@ -27,6 +27,10 @@ pub trait Technique: Send + Sync {
 
     /// The shading function itself in one frame.
     fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a>;
+
+    /// Exposure of its images in stops, for previews and display metrics: 0 for unitless values in
+    /// [0,1], the scene's for radiance.
+    fn exposure_stops(&self, scene: &Scene) -> f32;
 
     /// Samples per pixel of a complete reference for images with `spp` samples per pixel.
     fn reference_samples(&self, spp: u32) -> u32;
@@ -133,4 +137,3 @@ impl Stages {
         self.0.iter().map(|(_, seconds)| seconds).sum()
     }
 }
-

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique};
 use crate::registry::{self, About, Bias, Parameter, TechniqueEntry};
 use crate::sample::Rng;
-use crate::scene::Needs;
+use crate::scene::{Needs, Scene};
 use crate::shade::{DIRECT_LIGHTING, PathTracer};
 use crate::trace::{Caster, Ray};
 
@@ -89,6 +89,10 @@ impl Technique for Truth {
             seed: self.parameters.seed,
             max_depth: self.max_depth.unwrap_or(frame.scene.max_depth),
         })
+    }
+
+    fn exposure_stops(&self, scene: &Scene) -> f32 {
+        scene.exposure.log2()
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {
