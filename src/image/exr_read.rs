@@ -207,11 +207,11 @@ fn gather_attributes(attributes: &mut Attributes, part: &Part) {
         };
         foreign.insert(decode_text(name.as_slice()), value);
     }
-    if let Some(Value::String(json)) = foreign.get(ATTRIBUTE) {
-        if let Ok(own) = serde_json::from_str::<Attributes>(json) {
-            attributes.extend(own);
-            foreign.remove(ATTRIBUTE);
-        }
+    if let Some(Value::String(json)) = foreign.get(ATTRIBUTE)
+        && let Ok(own) = serde_json::from_str::<Attributes>(json)
+    {
+        attributes.extend(own);
+        foreign.remove(ATTRIBUTE);
     }
     attributes.extend(foreign);
 }

@@ -29,14 +29,14 @@ pub(super) struct WorldShape {
 
 /// Reads, transforms and cleans a shape. Without `normals`, none are kept.
 pub(super) fn load_shape(shape: &ShapeDescription, normals: bool) -> Result<Loaded, SceneError> {
-    if let Some(path) = shape.source.path() {
-        if !path.exists() {
-            return Ok(Loaded::Absent(format!(
-                "{}: {} is absent",
-                shape.name,
-                path.display()
-            )));
-        }
+    if let Some(path) = shape.source.path()
+        && !path.exists()
+    {
+        return Ok(Loaded::Absent(format!(
+            "{}: {} is absent",
+            shape.name,
+            path.display()
+        )));
     }
     let mesh = read(shape)?;
     Ok(Loaded::World(to_world(mesh, shape, normals)))

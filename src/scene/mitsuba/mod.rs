@@ -219,10 +219,10 @@ fn collect_ids<'a>(element: &'a Element, ids: &mut HashMap<&'a str, &'a Element>
     }
     for alias in element.tagged("alias") {
         alias.used.set(true);
-        if let (Some(id), Some(name)) = (alias.id(), alias.attribute("as")) {
-            if let Some(&target) = ids.get(id) {
-                ids.insert(name, target);
-            }
+        if let (Some(id), Some(name)) = (alias.id(), alias.attribute("as"))
+            && let Some(&target) = ids.get(id)
+        {
+            ids.insert(name, target);
         }
     }
 }

@@ -107,13 +107,13 @@ impl<'a> Importer<'a> {
         if film.children.iter().any(|c| c.name().starts_with("crop_")) {
             self.note("the crop window of the film is ignored");
         }
-        if let Some(filter) = film.tagged("rfilter").next() {
-            if filter.kind() != "box" {
-                self.note(format!(
-                    "reconstruction filter `{}` becomes a box",
-                    filter.kind()
-                ));
-            }
+        if let Some(filter) = film.tagged("rfilter").next()
+            && filter.kind() != "box"
+        {
+            self.note(format!(
+                "reconstruction filter `{}` becomes a box",
+                filter.kind()
+            ));
         }
         film.mark_all();
         Ok(size)
