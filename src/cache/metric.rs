@@ -37,10 +37,14 @@ impl DistanceMetric {
     }
 
     /// The distance for a squared Euclidean distance (scene units²) and the cosine of the angle
-    /// between the normals; cosines above 1 count as 1.
+    /// between the normals. Bends within the rounding of a dot product (0.06°) count as none, so that
+    /// a record lies at distance 0 from itself.
     #[inline]
     pub fn distance(self, squared: f32, cosine: f32) -> f32 {
-        squared.sqrt() + self.lambda * (1.0 - cosine).max(0.0).sqrt()
+        const ROUNDING: f32 = 5e-7;
+        let bend = 1.0 - cosine;
+        let bend = if bend > ROUNDING { bend } else { 0.0 };
+        squared.sqrt() + self.lambda * bend.sqrt()
     }
 }
 

@@ -29,6 +29,24 @@ struct State {
     stages: Vec<(String, f64)>,
 }
 
+impl State {
+    fn spend(&mut self, stage: &str, seconds: f64) {
+        match self.stages.iter_mut().find(|(name, _)| name == stage) {
+            Some((_, total)) => *total += seconds,
+            None => self.stages.push((stage.to_owned(), seconds)),
+        }
+    }
+}
+
+/// Metrics of one pixel take about as long as this many rays; they are most of a small job.
+const RAYS_PER_COMPARED_PIXEL: u64 = 60;
+
+/// What a job costs beside its reference, in rays.
+fn work(job: &Job) -> u64 {
+    let pixels = (job.width * job.height) as u64;
+    job.estimated_rays() + RAYS_PER_COMPARED_PIXEL * pixels
+}
+
 impl Progress {
     pub fn new(plan: &Plan, quiet: bool) -> Self {
         let live = !quiet && std::io::stderr().is_terminal();
@@ -52,7 +70,7 @@ impl Progress {
         let mut references: Vec<&str> = Vec::new();
         let mut rays = 0;
         for job in open {
-            rays += job.estimated_rays();
+            rays += work(job);
             if !references.contains(&job.reference.as_str()) {
                 references.push(&job.reference);
                 rays += job.reference_rays();
@@ -121,13 +139,9 @@ impl Progress {
             state.rays_done += job.reference_rays().saturating_sub(state.reference_done);
             state.reference_done = 0;
         }
-        state.rays_done += job.estimated_rays();
+        state.rays_done += work(job);
         for (stage, seconds) in &row.seconds {
-            let seconds = seconds.as_f64().unwrap_or(0.0);
-            match state.stages.iter_mut().find(|(name, _)| name == stage) {
-                Some((_, total)) => *total += seconds,
-                None => state.stages.push((stage.clone(), seconds)),
-            }
+            state.spend(stage, seconds.as_f64().unwrap_or(0.0));
         }
         let result = match (row.ok(), row.rmse, row.flip_ldr) {
             (true, Some(rmse), Some(flip)) => format!("rmse {rmse:.5} flip {flip:.5}"),
@@ -167,17 +181,25 @@ impl Progress {
             rows.len(),
             self.jobs
         ));
-        let jobs: f64 = state.stages.iter().map(|(_, s)| s).sum();
+        let known: f64 = state.stages.iter().map(|(_, s)| s).sum();
         for (stage, seconds) in &state.stages {
             let share = 100.0 * seconds / wall.max(1e-9);
             self.line(&format!("  {stage:<20} {seconds:>8.2} s {share:>5.1} %"));
         }
-        let rest = (wall - jobs).max(0.0);
+        let rest = (wall - known).max(0.0);
         self.line(&format!(
             "  {:<20} {rest:>8.2} s {:>5.1} %",
-            "references and rest",
+            "rest",
             100.0 * rest / wall.max(1e-9)
         ));
+    }
+
+    /// Runs work that belongs to no job's row, and remembers how long it took.
+    pub fn time<T>(&self, stage: &str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = work();
+        self.lock().spend(stage, start.elapsed().as_secs_f64());
+        result
     }
 
     fn remaining(&self, state: &State) -> String {

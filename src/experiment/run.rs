@@ -111,8 +111,11 @@ impl Runner {
     fn scene(&mut self, jobs: &[&Job], fail_fast: bool) -> Result<(), RunError> {
         let technique = build_technique(jobs[0])?;
         self.progress.stage(&format!("{}: loading", jobs[0].scene));
-        let loaded = load_scene(jobs[0], technique.as_ref())?;
-        let tracer = Tracer::new(&loaded.positions, &loaded.triangles);
+        let progress = &self.progress;
+        let loaded = progress.time("loading", || load_scene(jobs[0], technique.as_ref()))?;
+        let tracer = progress.time("building trees", || {
+            Tracer::new(&loaded.positions, &loaded.triangles)
+        });
         for jobs in jobs.chunk_by(|a, b| a.reference == b.reference) {
             self.frame(jobs, (&loaded, &tracer), fail_fast)?;
             if fail_fast && self.outcome.failed > 0 {
@@ -132,20 +135,24 @@ impl Runner {
         let technique = build_technique(jobs[0])?;
         let frame = frame_of(jobs[0], scene)?;
         let progress = &self.progress;
-        let reference = self.references.obtain(
-            &jobs[0].reference,
-            (technique.as_ref(), &frame),
-            &|done, all| progress.reference(jobs[0], done, all),
-        )?;
+        let reference = progress.time("references", || {
+            self.references.obtain(
+                &jobs[0].reference,
+                (technique.as_ref(), &frame),
+                &|done, all| progress.reference(jobs[0], done, all),
+            )
+        })?;
         for job in jobs {
             let (row, pictures) = self.job(job, (technique.as_ref(), &frame), &reference);
             if !row.ok() {
                 self.outcome.failed += 1;
             }
             self.outcome.done += 1;
-            self.store.write_job(&row, |folder| match &pictures {
-                Some(pictures) => pictures.write(folder, &row),
-                None => Ok(()),
+            self.progress.time("writing", || {
+                self.store.write_job(&row, |folder| match &pictures {
+                    Some(pictures) => pictures.write(folder, &row),
+                    None => Ok(()),
+                })
             })?;
             self.progress.job(job, &row);
             if fail_fast && !row.ok() {
@@ -186,7 +193,8 @@ impl Runner {
             ..CompareOptions::default()
         };
         let result = cached::render(technique, frame, &contender).and_then(|rendered| {
-            compare(&reference.mean, &rendered.image, &options)
+            self.progress
+                .time("metrics", || compare(&reference.mean, &rendered.image, &options))
                 .map(|comparison| (rendered, comparison))
                 .map_err(|e| e.to_string())
         });
