@@ -403,3 +403,11 @@ fn every_entry_explains_itself() {
     assert_eq!(place.lightbench(&["completions", "bash"]).code, 0);
     assert_eq!(place.lightbench(&["man"]).code, 0);
 }
+
+/// `lightbench explain all > docs/methods.md` makes the page again.
+#[test]
+fn the_page_of_methods_is_up_to_date() {
+    let pages = Place::new().lightbench(&["explain", "all"]);
+    let written = fs::read_to_string(repository("docs/methods.md")).expect("docs/methods.md");
+    assert!(pages.out == written, "run: lightbench explain all > docs/methods.md");
+}

@@ -48,28 +48,24 @@ impl DistanceMetric {
     }
 }
 
-/// Normalised inverse-distance weights of `neighbours`, appended to the emptied `weights`.
+/// Writes the normalised inverse-distance weights of `neighbours`; `weights` must be as long.
 ///
 /// Distances are raised to 1e-6 · `diagonal`; neighbours closer than 1e-9 · `diagonal` share all
 /// the weight equally, so that a query at a record returns that record's value and coincident
-/// records return their mean. Weights sum to 1 within rounding; none without neighbours.
-pub fn inverse_distance_weights(neighbours: &[Neighbour], diagonal: f32, weights: &mut Vec<f32>) {
+/// records return their mean. Weights sum to 1 within rounding.
+pub fn inverse_distance_weights(neighbours: &[Neighbour], diagonal: f32, weights: &mut [f32]) {
     let exact = |n: &Neighbour| n.distance <= 1e-9 * diagonal;
     let coincident = neighbours.iter().filter(|n| exact(n)).count();
-    weights.clear();
+    let pairs = weights.iter_mut().zip(neighbours);
     if coincident > 0 {
         let share = 1.0 / coincident as f32;
-        weights.extend(
-            neighbours
-                .iter()
-                .map(|n| if exact(n) { share } else { 0.0 }),
-        );
+        pairs.for_each(|(weight, n)| *weight = if exact(n) { share } else { 0.0 });
         return;
     }
     let least = f64::from(diagonal) * 1e-6;
-    let weight = |n: &Neighbour| 1.0 / f64::from(n.distance).max(least);
-    let total: f64 = neighbours.iter().map(weight).sum();
-    weights.extend(neighbours.iter().map(|n| (weight(n) / total) as f32));
+    let inverse = |n: &Neighbour| 1.0 / f64::from(n.distance).max(least);
+    let total: f64 = neighbours.iter().map(inverse).sum();
+    pairs.for_each(|(weight, n)| *weight = (inverse(n) / total) as f32);
 }
 
 #[cfg(test)]
@@ -84,7 +80,7 @@ mod tests {
                 distance,
             })
             .collect();
-        let mut out = vec![9.0];
+        let mut out = vec![9.0; distances.len()];
         inverse_distance_weights(&neighbours, diagonal, &mut out);
         out
     }
