@@ -409,5 +409,8 @@ fn every_entry_explains_itself() {
 fn the_page_of_methods_is_up_to_date() {
     let pages = Place::new().lightbench(&["explain", "all"]);
     let written = fs::read_to_string(repository("docs/methods.md")).expect("docs/methods.md");
-    assert!(pages.out == written, "run: lightbench explain all > docs/methods.md");
+    assert!(
+        pages.out == written,
+        "run: lightbench explain all > docs/methods.md"
+    );
 }

@@ -194,7 +194,9 @@ impl Runner {
         };
         let result = cached::render(technique, frame, &contender).and_then(|rendered| {
             self.progress
-                .time("metrics", || compare(&reference.mean, &rendered.image, &options))
+                .time("metrics", || {
+                    compare(&reference.mean, &rendered.image, &options)
+                })
                 .map(|comparison| (rendered, comparison))
                 .map_err(|e| e.to_string())
         });

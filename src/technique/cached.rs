@@ -31,6 +31,9 @@ pub trait CachedFunction: Sync {
     fn bytes(&self) -> usize;
 }
 
+/// The largest M: weights of a sample live on the stack.
+const MOST_USED: usize = 32;
+
 /// The run-time rule's parameters (Wu & Shen, table 1), shared by all cached techniques.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -60,9 +63,12 @@ impl Default for Lookup {
 impl Lookup {
     /// Checks ranges; the message names the key.
     pub fn validate(&self) -> Result<(), String> {
-        if self.used == 0 || self.candidates < self.used || self.candidates > 256 {
+        if !(1..=MOST_USED).contains(&self.used)
+            || self.candidates < self.used
+            || self.candidates > 256
+        {
             return Err(format!(
-                "lookup: expected 1 ≤ used ≤ candidates ≤ 256, got used = {}, candidates = {}",
+                "lookup: expected 1 ≤ used ≤ {MOST_USED} and used ≤ candidates ≤ 256, got used = {}, candidates = {}",
                 self.used, self.candidates
             ));
         }
@@ -264,7 +270,7 @@ pub fn replay(
             .search
             .map(&[site.position], &[site.normal], |_, n| n.to_vec());
         let neighbours = found.into_iter().next().unwrap_or_default();
-        let mut weights = Vec::new();
+        let mut weights = vec![0.0; neighbours.len()];
         inverse_distance_weights(&neighbours, frame.scene.diagonal, &mut weights);
         for (neighbour, weight) in neighbours.iter().zip(&weights) {
             let point = records.sites[neighbour.record as usize] as usize;
@@ -371,10 +377,11 @@ impl Shader<'_> {
             if neighbours.is_empty() {
                 return self.function.background();
             }
-            let mut weights = Vec::with_capacity(neighbours.len());
-            inverse_distance_weights(neighbours, diagonal, &mut weights);
+            let mut weights = [0.0; MOST_USED];
+            let weights = &mut weights[..neighbours.len()];
+            inverse_distance_weights(neighbours, diagonal, weights);
             self.function
-                .interpolate(&samples[query].site, neighbours, &weights)
+                .interpolate(&samples[query].site, neighbours, weights)
         })
     }
 
