@@ -9,8 +9,8 @@ use glam::{DMat4, DVec3};
 use lightbench::environment::{Environment, EnvironmentOptions, EnvironmentRows};
 use lightbench::image::Image;
 use lightbench::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, Material, Needs, Scene, SceneDescription,
-    ShapeDescription, ShapeSource, View,
+    Bsdf, ColourSource, EnvironmentDescription, Material, MicrofacetDistribution, Needs, Scene,
+    SceneDescription, ShapeDescription, ShapeSource, View,
 };
 use truth_support::{agreement, reference, reference_file, small_render};
 
@@ -182,6 +182,7 @@ fn diffuse_and_metal_under_a_sun() {
             k: [0.0; 3],
             specular: ColourSource::Constant(specular),
             alpha: 0.2,
+            distribution: MicrofacetDistribution::Ggx,
         },
         ..one_sided(name, [0.0; 3])
     };

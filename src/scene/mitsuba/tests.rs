@@ -2,9 +2,10 @@ use glam::{DMat4, DVec3};
 
 use super::element::parse_document;
 use super::*;
+use crate::environment::EnvironmentRows;
 use crate::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, FovAxis, LightDescription, ShapeSource,
-    TextureSource, View, Wrap,
+    Bsdf, ColourSource, EnvironmentDescription, FovAxis, LightDescription, MicrofacetDistribution,
+    ShapeSource, TextureSource, View, Wrap,
 };
 
 const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='40'/></sensor>";
@@ -248,6 +249,7 @@ fn materials_of_every_kind() {
             specular: [1.0; 3],
             ior: 1.5,
             alpha: 0.2,
+            distribution: MicrofacetDistribution::Ggx,
             nonlinear: true
         }
     );
@@ -370,6 +372,7 @@ fn emitters() {
         path,
         scale,
         to_world,
+        rows: EnvironmentRows::PoleCentred,
     }) = scene.environment
     else {
         panic!("no map");
