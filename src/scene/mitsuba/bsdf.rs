@@ -176,6 +176,10 @@ impl<'a> Importer<'a> {
         let (mut eta, mut k) = self.conductor_preset(element)?;
         if let Some(value) = element.child("eta") {
             eta = colour(self.resolved(value)?, false)?;
+            if self.version.0 > 0 {
+                // The default of the new versions, which have no preset beside `eta`.
+                k = [1.0; 3];
+            }
         }
         if let Some(value) = element.child("k") {
             k = colour(self.resolved(value)?, false)?;
@@ -196,6 +200,10 @@ impl<'a> Importer<'a> {
     ) -> Result<([f32; 3], [f32; 3]), SceneError> {
         let default = if self.version.0 == 0 { "Cu" } else { "none" };
         let name = element.string("material")?.unwrap_or(default);
+        let indices = ["eta", "k"].map(|n| element.children.iter().any(|c| c.name() == n));
+        if default == "Cu" && name == default && indices == [false; 2] {
+            self.note("a conductor without `material` is copper, as in version 0.x of Mitsuba");
+        }
         Ok(conductor(name).unwrap_or_else(|| {
             self.note(format!(
                 "conductor `{name}` is not in the table: aluminium instead"
