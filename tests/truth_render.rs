@@ -9,8 +9,8 @@ use glam::{DMat4, DVec3};
 use lightbench::environment::{Environment, EnvironmentOptions, EnvironmentRows};
 use lightbench::image::Image;
 use lightbench::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, Material, Needs, Scene, SceneDescription,
-    ShapeDescription, ShapeSource, View,
+    Bsdf, ColourSource, EnvironmentDescription, Material, MicrofacetDistribution, Needs, Scene,
+    SceneDescription, ShapeDescription, ShapeSource, View,
 };
 use truth_support::{agreement, reference, reference_file, small_render};
 
@@ -182,6 +182,7 @@ fn diffuse_and_metal_under_a_sun() {
             k: [0.0; 3],
             specular: ColourSource::Constant(specular),
             alpha: 0.2,
+            distribution: MicrofacetDistribution::Ggx,
         },
         ..one_sided(name, [0.0; 3])
     };
@@ -192,6 +193,62 @@ fn diffuse_and_metal_under_a_sun() {
     ];
     let scene = under_sun("env_conductor", metals, &map);
     check(&scene, "env_conductor", [128, 2], [0.00959, 0.004]);
+}
+
+/// Plastics have no reference image. They must turn into the diffuse scene as the index goes to 1
+/// and change by little for a little change of index or roughness.
+#[test]
+fn plastic_under_a_sun_is_continuous_and_bounded() {
+    let Some(map) = reference("render/env_sun_512x256.exr") else {
+        return;
+    };
+    let plastic = |name: &str, diffuse, [ior, alpha]: [f32; 2]| Material {
+        bsdf: Bsdf::Plastic {
+            diffuse: ColourSource::Constant(diffuse),
+            specular: [1.0; 3],
+            ior,
+            alpha,
+            distribution: MicrofacetDistribution::Ggx,
+            nonlinear: false,
+        },
+        ..one_sided(name, [0.0; 3])
+    };
+    let mean = |materials: [Material; 3]| {
+        let scene = under_sun("env_plastic", materials, &map);
+        let rendering = small_render(&scene, [64, 64], 256, 2);
+        // The sphere and the box: the middle of the image, without ground and sky.
+        let pixels = (20..44).flat_map(|y| (14..50).map(move |x| (x, y)));
+        let sum = pixels.fold([0.0f64; 3], |sum, (x, y)| {
+            std::array::from_fn(|c| sum[c] + f64::from(rendering.mean.at(x, y)[c]))
+        });
+        sum.map(|s| s / (24.0 * 36.0))
+    };
+    let coated = |parameters| {
+        mean([
+            one_sided("ground", [0.5; 3]),
+            plastic("sphere", [0.7, 0.3, 0.2], parameters),
+            plastic("box", [0.2, 0.5, 0.7], parameters),
+        ])
+    };
+    let diffuse = mean([
+        one_sided("ground", [0.5; 3]),
+        one_sided("sphere", [0.7, 0.3, 0.2]),
+        one_sided("box", [0.2, 0.5, 0.7]),
+    ]);
+    let near = |a: [f64; 3], b: [f64; 3], tolerance: f64| {
+        let close = a
+            .iter()
+            .zip(b)
+            .all(|(a, b)| (a / b - 1.0).abs() < tolerance);
+        assert!(close, "{a:?} {b:?}");
+    };
+    near(coated([1.001, 0.001]), diffuse, 0.01);
+    let [plastic, rougher, denser] = [[1.5, 0.2], [1.5, 0.205], [1.51, 0.2]].map(coated);
+    println!("env_plastic: {plastic:?}, diffuse {diffuse:?}");
+    near(plastic, rougher, 0.02);
+    near(plastic, denser, 0.02);
+    // The coating adds its own reflection and takes less than that from the base.
+    near(plastic, diffuse, 0.35);
 }
 
 #[test]

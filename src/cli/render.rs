@@ -8,6 +8,7 @@ use toml::{Table, Value};
 use super::args::{ContenderArgs, RenderArgs};
 use super::exit::{self, Failure};
 use super::run::set_threads;
+use crate::environment::EnvironmentRows;
 use crate::experiment::Override;
 use crate::image::{Attributes, Image, Layer, write_exr, write_png};
 use crate::registry::{self, TechniqueEntry};
@@ -213,6 +214,7 @@ fn environment(value: &Value) -> Result<EnvironmentDescription, Failure> {
         path: path.into(),
         scale: 1.0,
         to_world: DMat4::from_translation(DVec3::ZERO),
+        rows: EnvironmentRows::CellCentred,
     })
 }
 

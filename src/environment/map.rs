@@ -122,6 +122,7 @@ impl Environment {
                 path,
                 scale,
                 to_world,
+                rows,
             } => {
                 let image = crate::image::read(path).map_err(|error| EnvironmentError::Read {
                     path: path.clone(),
@@ -130,7 +131,7 @@ impl Environment {
                 let options = EnvironmentOptions {
                     scale: *scale,
                     to_world: *to_world,
-                    ..EnvironmentOptions::default()
+                    rows: *rows,
                 };
                 Self::from_image(&image, &options)
             }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use glam::{DMat4, DVec3};
 
 use super::{Material, View, Wrap};
+use crate::environment::EnvironmentRows;
 
 /// A parsed scene. Lengths are in scene units, right-handed, y up; colours are linear Rec.709.
 #[derive(Clone, Debug, Default)]
@@ -185,6 +186,7 @@ pub enum EnvironmentDescription {
         path: PathBuf,
         scale: f32,
         to_world: DMat4,
+        rows: EnvironmentRows,
     },
     /// Hosek–Wilkie sky with or without the solar disc.
     SunSky {

@@ -21,7 +21,15 @@ pub struct Material {
     pub bump: Option<(usize, f32)>,
 }
 
-/// Scattering models. `alpha` is the GGX roughness parameter (not its square root).
+/// How the normals of microfacets spread (Walter et al. 2007).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MicrofacetDistribution {
+    #[default]
+    Ggx,
+    Beckmann,
+}
+
+/// Scattering models. `alpha` is the roughness parameter of the distribution (not its square root).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Bsdf {
     Diffuse {
@@ -33,6 +41,7 @@ pub enum Bsdf {
         specular: [f32; 3],
         ior: f32,
         alpha: f32,
+        distribution: MicrofacetDistribution,
         /// Colour shift by internal scattering (Mitsuba's `nonlinear`).
         nonlinear: bool,
     },
@@ -43,6 +52,7 @@ pub enum Bsdf {
         k: [f32; 3],
         specular: ColourSource,
         alpha: f32,
+        distribution: MicrofacetDistribution,
     },
     /// Smooth dielectric; `ior` = interior over exterior. `thin` neglects refraction.
     Dielectric {

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use super::text::file_error;
-use super::{Bsdf, ColourSource, SceneError};
+use super::{Bsdf, ColourSource, MicrofacetDistribution, SceneError};
 
 /// What is used of a `newmtl` block.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,6 +175,7 @@ pub(super) fn coated(diffuse: ColourSource, specular: [f32; 3], alpha: f32) -> B
         specular: specular.map(|s| (s / strongest).min(1.0)),
         ior: (1.0 + root) / (1.0 - root),
         alpha,
+        distribution: MicrofacetDistribution::Ggx,
         nonlinear: false,
     }
 }

@@ -33,7 +33,7 @@ pub use description::{
 };
 pub use error::SceneError;
 pub use find::{find_scene, find_scene_in, shipped_scenes};
-pub use material::{Bsdf, ColourSource, Material};
+pub use material::{Bsdf, ColourSource, Material, MicrofacetDistribution};
 pub use mesh::Mesh;
 pub use texture::{Texture, Wrap};
 pub use view::{FovAxis, View};

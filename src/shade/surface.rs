@@ -3,17 +3,17 @@
 use glam::{Vec2, Vec3};
 
 use super::bsdf::{
-    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Ggx, LocalBsdf, Model, Plastic,
+    BsdfSample, Coating, Conductor, Dielectric, Diffuse, LocalBsdf, Microfacets, Model, Plastic,
 };
 use crate::image::luminance;
 use crate::sample::Frame;
-use crate::scene::{Bsdf, ColourSource, Material, Scene};
+use crate::scene::{Bsdf, ColourSource, Material, MicrofacetDistribution, Scene};
 use crate::trace::Hit;
 
 /// Materials with what is integrated once: the coatings of the plastics.
 pub struct Surfaces<'a> {
     scene: &'a Scene,
-    /// Distinct (alpha, ior) pairs.
+    /// Distinct triples of alpha, index and distribution.
     coatings: Vec<Coating>,
     /// Index into `coatings` for each material that has one.
     coating_of: Vec<usize>,
@@ -45,17 +45,23 @@ pub struct Interaction<'a> {
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
-        let mut keys: Vec<[f32; 2]> = Vec::new();
+        let mut keys: Vec<(f32, f32, MicrofacetDistribution)> = Vec::new();
         let mut coatings = Vec::new();
         let coating_of = scene
             .materials
             .iter()
             .map(|material| match material.bsdf {
-                Bsdf::Plastic { ior, alpha, .. } => {
-                    let key = [alpha, ior];
+                Bsdf::Plastic {
+                    ior,
+                    alpha,
+                    distribution,
+                    ..
+                } => {
+                    let key = (alpha, ior, distribution);
                     keys.iter().position(|k| *k == key).unwrap_or_else(|| {
                         keys.push(key);
-                        coatings.push(Coating::new(alpha, ior));
+                        let facets = (alpha > 0.0).then(|| Microfacets::new(distribution, alpha));
+                        coatings.push(Coating::new(facets, ior));
                         coatings.len() - 1
                     })
                 }
@@ -141,6 +147,7 @@ impl<'a> Surfaces<'a> {
                 k,
                 specular,
                 alpha,
+                distribution,
             } => {
                 let metal = Conductor {
                     eta: (*eta).into(),
@@ -148,7 +155,7 @@ impl<'a> Surfaces<'a> {
                     specular: self.colour(*specular, uv),
                 };
                 if *alpha > 0.0 {
-                    Model::RoughConductor(metal, Ggx::new(*alpha))
+                    Model::RoughConductor(metal, Microfacets::new(*distribution, *alpha))
                 } else {
                     Model::Mirror(metal)
                 }

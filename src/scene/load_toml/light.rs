@@ -4,6 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::Loader;
 use super::keys::Keys;
+use crate::environment::EnvironmentRows;
 use crate::scene::{EnvironmentDescription, LightDescription, SceneError};
 
 impl Loader {
@@ -24,6 +25,7 @@ impl Loader {
                 to_world: DMat4::from_rotation_y(
                     keys.number("rotate_deg")?.unwrap_or(0.0).to_radians(),
                 ),
+                rows: EnvironmentRows::CellCentred,
             },
             _ => sky(&keys)?,
         };

@@ -9,7 +9,9 @@ use super::Loader;
 use super::keys::Keys;
 use crate::scene::mesh_mtl::{MtlMaterial, coated, phong_alpha};
 use crate::scene::text::advice;
-use crate::scene::{Bsdf, ColourSource, Material, SceneError, TextureDescription, Wrap};
+use crate::scene::{
+    Bsdf, ColourSource, Material, MicrofacetDistribution, SceneError, TextureDescription, Wrap,
+};
 
 impl Loader {
     pub(super) fn textures(&mut self, keys: &Keys) -> Result<(), SceneError> {
@@ -101,6 +103,7 @@ impl Loader {
             specular: keys.colour("specular")?.unwrap_or([1.0; 3]),
             ior: keys.positive("ior")?.unwrap_or(1.5) as f32,
             alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
+            distribution: distribution(keys)?,
             nonlinear: keys.boolean("nonlinear", false)?,
         })
     }
@@ -111,6 +114,7 @@ impl Loader {
             k: keys.colour("k")?.unwrap_or([0.0; 3]),
             specular: self.colour_source(keys, "specular", 1.0)?,
             alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
+            distribution: distribution(keys)?,
         })
     }
 
@@ -150,6 +154,11 @@ impl Loader {
             }
         }
     }
+}
+
+fn distribution(keys: &Keys) -> Result<MicrofacetDistribution, SceneError> {
+    use MicrofacetDistribution::{Beckmann, Ggx};
+    keys.word("distribution", &[("ggx", Ggx), ("beckmann", Beckmann)])
 }
 
 fn dielectric(keys: &Keys) -> Result<Bsdf, SceneError> {

@@ -58,6 +58,7 @@ thin = true
 kind = "plastic"
 diffuse = [0.1, 0.2, 0.3]
 nonlinear = true
+distribution = "beckmann"
 [[shape]]
 kind = "obj"
 path = "a/b.obj"
@@ -108,6 +109,11 @@ irradiance = [1, 2, 3]
         scene.materials[2].opacity,
         Some(ColourSource::Constant([0.5; 3]))
     );
+    let beckmann = |m: &crate::scene::Material| {
+        use crate::scene::{Bsdf::Plastic, MicrofacetDistribution::Beckmann};
+        matches!(m.bsdf, Plastic { distribution, nonlinear, .. } if nonlinear && distribution == Beckmann)
+    };
+    assert!(beckmann(&scene.materials[4]));
     // (1,0,0) scaled by 2, turned to +y, then to +z, then moved.
     let moved = shape.to_world.transform_point3(DVec3::X);
     assert!(moved.distance(DVec3::new(1.0, 2.0, 5.0)) < 1e-12);

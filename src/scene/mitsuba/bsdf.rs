@@ -6,10 +6,22 @@ use super::element::Element;
 use super::spectrum::colour;
 use crate::scene::mesh_mtl::{coated, phong_alpha};
 use crate::scene::text::advice;
-use crate::scene::{Bsdf, ColourSource, Material, SceneError};
+use crate::scene::{Bsdf, ColourSource, Material, MicrofacetDistribution, SceneError};
 
 /// How deep wrappers may nest (`<ref>`s can form loops).
 const MAX_NESTING: usize = 16;
+
+/// The roughness of a surface.
+#[derive(Clone, Copy)]
+struct Facets {
+    alpha: f32,
+    distribution: MicrofacetDistribution,
+}
+
+const SMOOTH: Facets = Facets {
+    alpha: 0.0,
+    distribution: MicrofacetDistribution::Ggx,
+};
 
 impl<'a> Importer<'a> {
     /// The index of the material of a `<bsdf>`.
@@ -63,19 +75,19 @@ impl<'a> Importer<'a> {
                 self.note("`roughdiffuse` becomes diffuse");
                 self.diffuse(element)?
             }
-            "plastic" => self.plastic(element, 0.0)?,
+            "plastic" => self.plastic(element, SMOOTH)?,
             "roughplastic" => {
-                let alpha = self.alpha(element)?;
-                self.plastic(element, alpha)?
+                let facets = self.facets(element)?;
+                self.plastic(element, facets)?
             }
-            "conductor" => self.conductor(element, 0.0)?,
+            "conductor" => self.conductor(element, SMOOTH)?,
             "roughconductor" => {
-                let alpha = self.alpha(element)?;
-                self.conductor(element, alpha)?
+                let facets = self.facets(element)?;
+                self.conductor(element, facets)?
             }
             "dielectric" | "thindielectric" => self.dielectric(element)?,
             "roughdielectric" => {
-                self.alpha(element)?;
+                self.facets(element)?;
                 self.note("`roughdielectric` becomes a smooth dielectric");
                 self.dielectric(element)?
             }
@@ -148,21 +160,26 @@ impl<'a> Importer<'a> {
         Ok(diffuse_of(self.colour_source(element, &names, 0.5)?))
     }
 
-    fn plastic(&mut self, element: &'a Element, alpha: f32) -> Result<Bsdf, SceneError> {
+    fn plastic(&mut self, element: &'a Element, facets: Facets) -> Result<Bsdf, SceneError> {
         let ior = self.relative_ior(element, 1.49)?;
         Ok(Bsdf::Plastic {
             diffuse: self.colour_source(element, &["diffuse_reflectance"], 0.5)?,
             specular: self.plain_colour(element, "specular_reflectance", 1.0)?,
             ior,
-            alpha,
+            alpha: facets.alpha,
+            distribution: facets.distribution,
             nonlinear: element.boolean("nonlinear", false)?,
         })
     }
 
-    fn conductor(&mut self, element: &'a Element, alpha: f32) -> Result<Bsdf, SceneError> {
+    fn conductor(&mut self, element: &'a Element, facets: Facets) -> Result<Bsdf, SceneError> {
         let (mut eta, mut k) = self.conductor_preset(element)?;
         if let Some(value) = element.child("eta") {
             eta = colour(self.resolved(value)?, false)?;
+            if self.version.0 > 0 {
+                // The default of the new versions, which have no preset beside `eta`.
+                k = [1.0; 3];
+            }
         }
         if let Some(value) = element.child("k") {
             k = colour(self.resolved(value)?, false)?;
@@ -172,7 +189,8 @@ impl<'a> Importer<'a> {
             eta: eta.map(|v| v / outside),
             k: k.map(|v| v / outside),
             specular: self.colour_source(element, &["specular_reflectance"], 1.0)?,
-            alpha,
+            alpha: facets.alpha,
+            distribution: facets.distribution,
         })
     }
 
@@ -182,6 +200,10 @@ impl<'a> Importer<'a> {
     ) -> Result<([f32; 3], [f32; 3]), SceneError> {
         let default = if self.version.0 == 0 { "Cu" } else { "none" };
         let name = element.string("material")?.unwrap_or(default);
+        let indices = ["eta", "k"].map(|n| element.children.iter().any(|c| c.name() == n));
+        if default == "Cu" && name == default && indices == [false; 2] {
+            self.note("a conductor without `material` is copper, as in version 0.x of Mitsuba");
+        }
         Ok(conductor(name).unwrap_or_else(|| {
             self.note(format!(
                 "conductor `{name}` is not in the table: aluminium instead"
@@ -206,7 +228,7 @@ impl<'a> Importer<'a> {
         let alpha = if kind == "phong" {
             phong_alpha(element.float("exponent")?.unwrap_or(30.0) as f32)
         } else {
-            self.alpha(element)?
+            self.facets(element)?.alpha
         };
         self.note(format!(
             "`{kind}` becomes a rough coating of the same strength and width"
@@ -240,6 +262,7 @@ impl<'a> Importer<'a> {
                 k: [0.0; 3],
                 specular: base,
                 alpha,
+                distribution: MicrofacetDistribution::Ggx,
             }
         } else {
             Bsdf::Plastic {
@@ -247,26 +270,30 @@ impl<'a> Importer<'a> {
                 specular: [1.0; 3],
                 ior,
                 alpha,
+                distribution: MicrofacetDistribution::Ggx,
                 nonlinear: false,
             }
         })
     }
 
-    /// GGX α; other distributions and anisotropy are approximated.
-    fn alpha(&mut self, element: &'a Element) -> Result<f32, SceneError> {
-        let distribution = element.string("distribution")?.unwrap_or("beckmann");
-        match distribution {
-            "ggx" => {}
-            "beckmann" | "phong" | "as" | "ward" | "balanced" | "duer" => {
+    /// Roughness and distribution (Beckmann where none is given); others and anisotropy are
+    /// approximated. How normals are sampled (`sample_visible`) changes the noise alone.
+    fn facets(&mut self, element: &'a Element) -> Result<Facets, SceneError> {
+        let word = element.string("distribution")?.unwrap_or("beckmann");
+        let distribution = match word.to_ascii_lowercase().as_str() {
+            "ggx" => MicrofacetDistribution::Ggx,
+            "beckmann" => MicrofacetDistribution::Beckmann,
+            "phong" | "as" | "ward" | "balanced" | "duer" => {
                 self.note(format!(
-                    "microfacets `{distribution}` become GGX of the same width"
+                    "microfacets `{word}` become Beckmann of the same width"
                 ));
+                MicrofacetDistribution::Beckmann
             }
-            other => {
+            _ => {
                 let known = ["ggx", "beckmann", "phong", "as"];
-                return Err(Self::unknown_word(element, "distribution", other, &known));
+                return Err(Self::unknown_word(element, "distribution", word, &known));
             }
-        }
+        };
         element.child("sample_visible");
         let alpha = match (element.child("alpha_u"), element.child("alpha_v")) {
             (Some(_), Some(_)) => {
@@ -280,7 +307,11 @@ impl<'a> Importer<'a> {
             _ => self.plain_colour(element, "alpha", 0.1)?[0],
         };
         if alpha >= 0.0 {
-            Ok(alpha)
+            Ok(Facets {
+                // Mitsuba's lower limit: a rough surface never becomes a mirror.
+                alpha: alpha.max(1e-4),
+                distribution,
+            })
         } else {
             Err(element.error(format!("a roughness of {alpha} cannot be")))
         }

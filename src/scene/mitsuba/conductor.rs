@@ -39,7 +39,7 @@ pub(super) fn conductor(name: &str) -> Option<([f32; 3], [f32; 3])> {
 }
 
 /// Indices of refraction of named dielectrics.
-const DIELECTRICS: [(&str, f64); 16] = [
+const DIELECTRICS: [(&str, f64); 23] = [
     ("vacuum", 1.0),
     ("helium", 1.000_036),
     ("hydrogen", 1.000_132),
@@ -50,11 +50,18 @@ const DIELECTRICS: [(&str, f64); 16] = [
     ("acetone", 1.36),
     ("ethanol", 1.361),
     ("fused quartz", 1.458),
+    ("carbon tetrachloride", 1.461),
     ("pyrex", 1.470),
+    ("glycerol", 1.4729),
     ("acrylic glass", 1.49),
     ("polypropylene", 1.49),
+    ("benzene", 1.501),
     ("bk7", 1.5046),
+    ("silicone oil", 1.52045),
+    ("sodium chloride", 1.544),
     ("amber", 1.55),
+    ("pet", 1.575),
+    ("bromine", 1.661),
     ("diamond", 2.419),
 ];
 

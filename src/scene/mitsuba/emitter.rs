@@ -6,6 +6,7 @@ use super::Importer;
 use super::element::Element;
 use super::spectrum::{colour, emitted_colour};
 use super::transform::{transform, vector};
+use crate::environment::EnvironmentRows;
 use crate::scene::{EnvironmentDescription, LightDescription, SceneError};
 
 impl<'a> Importer<'a> {
@@ -24,6 +25,7 @@ impl<'a> Importer<'a> {
                 path: self.path(element)?,
                 scale: element.float("scale")?.unwrap_or(1.0) as f32,
                 to_world,
+                rows: EnvironmentRows::PoleCentred,
             },
             "sunsky" | "sun" | "sky" => self.sun_sky(element, to_world)?,
             "directional" => return self.directional(element, to_world),

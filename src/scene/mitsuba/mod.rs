@@ -114,6 +114,14 @@ impl<'a> Importer<'a> {
     fn integrator(&mut self, element: &Element) -> Result<(), SceneError> {
         let found = find_integer(element, "max_depth")?;
         let direct = element.kind() == "direct";
+        if element.boolean("hide_emitters", false)? {
+            self.note("hide_emitters is ignored: lights are seen directly");
+        }
+        let known = ["path", "volpath", "direct", "aov", "moment"];
+        if !known.contains(&element.kind()) {
+            let kind = element.kind();
+            self.note(format!("integrator `{kind}` becomes the path tracer"));
+        }
         element.mark_all();
         self.scene.max_depth = match found {
             _ if direct => 2,

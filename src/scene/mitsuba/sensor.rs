@@ -107,13 +107,11 @@ impl<'a> Importer<'a> {
         if film.children.iter().any(|c| c.name().starts_with("crop_")) {
             self.note("the crop window of the film is ignored");
         }
-        if let Some(filter) = film.tagged("rfilter").next()
-            && filter.kind() != "box"
-        {
-            self.note(format!(
-                "reconstruction filter `{}` becomes a box",
-                filter.kind()
-            ));
+        let filter = film.tagged("rfilter").next().map(Element::kind);
+        match filter {
+            Some("box") => {}
+            Some(kind) => self.note(format!("reconstruction filter `{kind}` becomes a box")),
+            None => self.note("the default reconstruction filter `gaussian` becomes a box"),
         }
         film.mark_all();
         Ok(size)

@@ -2,9 +2,10 @@ use glam::{DMat4, DVec3};
 
 use super::element::parse_document;
 use super::*;
+use crate::environment::EnvironmentRows;
 use crate::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, FovAxis, LightDescription, ShapeSource,
-    TextureSource, View, Wrap,
+    Bsdf, ColourSource, EnvironmentDescription, FovAxis, LightDescription, MicrofacetDistribution,
+    ShapeSource, TextureSource, View, Wrap,
 };
 
 const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='40'/></sensor>";
@@ -248,6 +249,7 @@ fn materials_of_every_kind() {
             specular: [1.0; 3],
             ior: 1.5,
             alpha: 0.2,
+            distribution: MicrofacetDistribution::Ggx,
             nonlinear: true
         }
     );
@@ -370,6 +372,7 @@ fn emitters() {
         path,
         scale,
         to_world,
+        rows: EnvironmentRows::PoleCentred,
     }) = scene.environment
     else {
         panic!("no map");
@@ -436,4 +439,113 @@ fn errors_have_places_and_advice() {
         let message = error(&body);
         assert!(message.contains(expected), "{message}\n{expected}");
     }
+}
+
+#[test]
+fn microfacets_are_beckmann_where_nothing_is_said() {
+    use MicrofacetDistribution::{Beckmann, Ggx};
+    let facets = |version: &str, xml: &str| {
+        let (material, notes) = material(version, xml);
+        match material.bsdf {
+            Bsdf::Conductor {
+                alpha,
+                distribution,
+                ..
+            }
+            | Bsdf::Plastic {
+                alpha,
+                distribution,
+                ..
+            } => (alpha, distribution, notes.len()),
+            other => panic!("{other:?}"),
+        }
+    };
+    for version in ["0.5.0", "0.6.0", "2.0.0", "3.0.0"] {
+        for kind in ["roughplastic", "roughconductor"] {
+            let xml = |inner: &str| {
+                let none = "<string name='material' value='none'/>";
+                let none = if kind == "roughplastic" { "" } else { none };
+                format!("<bsdf type='{kind}'>{none}{inner}</bsdf>")
+            };
+            assert_eq!(facets(version, &xml("")), (0.1, Beckmann, 0));
+            let ggx = "<string name='distribution' value='GGX'/><boolean name='sampleVisible' value='false'/><float name='alpha' value='0.3'/>";
+            assert_eq!(facets(version, &xml(ggx)), (0.3, Ggx, 0));
+            let phong = "<string name='distribution' value='phong'/>";
+            assert_eq!(facets(version, &xml(phong)), (0.1, Beckmann, 1));
+            let zero = "<float name='alpha' value='0'/>";
+            assert_eq!(facets(version, &xml(zero)), (1e-4, Beckmann, 0));
+        }
+    }
+}
+
+#[test]
+fn conductors_by_their_indices_and_their_names() {
+    let conductor = |version: &str, inner: &str| {
+        let xml = format!("<bsdf type='conductor'>{inner}</bsdf>");
+        match material(version, &xml) {
+            (
+                Material {
+                    bsdf: Bsdf::Conductor { eta, k, .. },
+                    ..
+                },
+                notes,
+            ) => (eta, k, notes.len()),
+            (other, _) => panic!("{other:?}"),
+        }
+    };
+    let eta = "<rgb name='eta' value='0.2 0.9 1.1'/>";
+    let k = "<rgb name='k' value='3 2 1'/>";
+    let (given_eta, given_k) = ([0.2, 0.9, 1.1], [3.0, 2.0, 1.0]);
+    assert_eq!(
+        conductor("3.0.0", &format!("{eta}{k}")),
+        (given_eta, given_k, 0)
+    );
+    assert_eq!(conductor("3.0.0", eta), (given_eta, [1.0; 3], 0));
+    assert_eq!(conductor("0.6.0", &format!("{eta}{k}")).2, 0);
+    assert_eq!(conductor("0.6.0", "").2, 1, "copper by default is noted");
+    let named = |name: &str| {
+        conductor(
+            "3.0.0",
+            &format!("<string name='material' value='{name}'/>"),
+        )
+    };
+    for name in [
+        "a-C", "Ag", "Al", "Au", "Be", "Cr", "Cu_palik", "Hg", "Ir", "Mo", "Rh", "V", "W",
+    ] {
+        let (eta, k, notes) = named(name);
+        assert!(
+            notes == 0 && eta.iter().chain(&k).all(|v| *v > 0.0),
+            "{name}"
+        );
+    }
+    assert_eq!(named("unobtainium").2, 1);
+    let outside = format!("{eta}{k}<float name='extEta' value='2'/>");
+    assert_eq!(conductor("0.5.0", &outside).0, [0.1, 0.45, 0.55]);
+}
+
+#[test]
+fn integrators_and_filters_that_differ_are_noted() {
+    let notes = |xml: &str| load("3.0.0", xml).notes;
+    assert!(notes("<integrator type='volpath'><integer name='max_depth' value='3'/><integer name='rr_depth' value='5'/></integrator>").is_empty());
+    assert_eq!(
+        notes(
+            "<integrator type='bdpt'><integer name='max_depth' value='3'/><boolean name='hide_emitters' value='true'/></integrator>"
+        ),
+        [
+            "hide_emitters is ignored: lights are seen directly",
+            "integrator `bdpt` becomes the path tracer"
+        ]
+    );
+    let film = |inner: &str| {
+        let sensor = format!(
+            "<sensor type='perspective'><float name='fov' value='30'/><film type='hdrfilm'>{inner}</film></sensor>"
+        );
+        try_load("3.0.0", &sensor)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .notes
+    };
+    assert!(film("<rfilter type='box'/>").is_empty());
+    assert_eq!(film("<rfilter type='tent'/>").len(), 1);
+    assert_eq!(film("").len(), 1);
+    assert_eq!(film("<rfilter type='box'/><integer name='crop_width' value='3'/><integer name='cropHeight' value='3'/>").len(), 1);
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::BsdfSample;
 use super::fresnel;
-use super::microfacet::{Ggx, reflect};
+use super::microfacet::{Microfacets, reflect};
 
 /// Fresnel data of a metal at a surface point.
 #[derive(Clone, Copy, Debug)]
@@ -30,35 +30,40 @@ impl Conductor {
         })
     }
 
-    pub(super) fn evaluate(&self, ggx: Ggx, view: Vec3, light: Vec3) -> Vec3 {
+    pub(super) fn evaluate(&self, facets: Microfacets, view: Vec3, light: Vec3) -> Vec3 {
         if view.z <= 0.0 || light.z <= 0.0 {
             return Vec3::ZERO;
         }
         let half = (view + light).normalize();
-        let masking = ggx.masking(view, half) * ggx.masking(light, half);
-        self.reflectance(view.dot(half)) * (ggx.density(half) * masking / (4.0 * view.z))
+        let masking = facets.masking(view, half) * facets.masking(light, half);
+        self.reflectance(view.dot(half)) * (facets.density(half) * masking / (4.0 * view.z))
     }
 
-    pub(super) fn pdf(&self, ggx: Ggx, view: Vec3, light: Vec3) -> f32 {
+    pub(super) fn pdf(&self, facets: Microfacets, view: Vec3, light: Vec3) -> f32 {
         if view.z <= 0.0 || light.z <= 0.0 {
             return 0.0;
         }
-        ggx.reflection_pdf(view, (view + light).normalize())
+        facets.reflection_pdf(view, (view + light).normalize())
     }
 
-    pub(super) fn sample(&self, ggx: Ggx, view: Vec3, u: [f32; 2]) -> Option<BsdfSample> {
+    pub(super) fn sample(
+        &self,
+        facets: Microfacets,
+        view: Vec3,
+        u: [f32; 2],
+    ) -> Option<BsdfSample> {
         if view.z <= 0.0 {
             return None;
         }
-        let half = ggx.sample_visible(view, u);
+        let half = facets.sample_visible(view, u);
         let light = reflect(view, half);
-        let pdf_sr = ggx.reflection_pdf(view, half);
+        let pdf_sr = facets.reflection_pdf(view, half);
         if light.z <= 0.0 || pdf_sr <= 0.0 {
             return None;
         }
         Some(BsdfSample {
             direction: light,
-            weight: self.reflectance(view.dot(half)) * ggx.masking(light, half),
+            weight: self.reflectance(view.dot(half)) * facets.masking(light, half),
             pdf_sr,
             delta: false,
         })

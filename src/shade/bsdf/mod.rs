@@ -15,7 +15,7 @@ use glam::Vec3;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::{Diffuse, cosine_pdf, cosine_sample};
-pub use microfacet::Ggx;
+pub use microfacet::Microfacets;
 pub use plastic::{Coating, Plastic};
 
 /// A sampled direction.
@@ -36,7 +36,7 @@ pub enum Model<'a> {
     Diffuse(Diffuse),
     Plastic(Plastic<'a>),
     Mirror(Conductor),
-    RoughConductor(Conductor, Ggx),
+    RoughConductor(Conductor, Microfacets),
     Dielectric(Dielectric),
 }
 
@@ -62,7 +62,7 @@ impl LocalBsdf<'_> {
         let value = match &self.model {
             Model::Diffuse(m) => m.evaluate(view, light),
             Model::Plastic(m) => m.evaluate(view, light),
-            Model::RoughConductor(m, ggx) => m.evaluate(*ggx, view, light),
+            Model::RoughConductor(m, facets) => m.evaluate(*facets, view, light),
             Model::Mirror(_) | Model::Dielectric(_) => Vec3::ZERO,
         };
         value * self.opacity
@@ -74,7 +74,7 @@ impl LocalBsdf<'_> {
         let pdf = match &self.model {
             Model::Diffuse(m) => m.pdf(view, light),
             Model::Plastic(m) => m.pdf(view, light),
-            Model::RoughConductor(m, ggx) => m.pdf(*ggx, view, light),
+            Model::RoughConductor(m, facets) => m.pdf(*facets, view, light),
             Model::Mirror(_) | Model::Dielectric(_) => 0.0,
         };
         pdf * self.opacity
@@ -98,7 +98,7 @@ impl LocalBsdf<'_> {
             Model::Diffuse(m) => m.sample(view, [u[1], u[2]]),
             Model::Plastic(m) => m.sample(view, choice, [u[1], u[2]]),
             Model::Mirror(m) => m.sample_mirror(view),
-            Model::RoughConductor(m, ggx) => m.sample(*ggx, view, [u[1], u[2]]),
+            Model::RoughConductor(m, facets) => m.sample(*facets, view, [u[1], u[2]]),
             Model::Dielectric(m) => m.sample(view, choice),
         }?;
         sample.direction *= turn;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::diffuse::{cosine_pdf, cosine_sample};
-use super::microfacet::{Ggx, reflect};
+use super::microfacet::{Microfacets, reflect};
 use super::{BsdfSample, fresnel};
 
 /// What is integrated once for a coating of given roughness and index.
@@ -15,7 +15,7 @@ use super::{BsdfSample, fresnel};
 pub struct Coating {
     ior: f32,
     /// `None` for the smooth coating.
-    ggx: Option<Ggx>,
+    facets: Option<Microfacets>,
     /// Transmittance from outside over the cosine, 0 to 1 in equal steps (rough coating only).
     transmittance: Vec<f32>,
     /// Mean reflectance from inside under diffuse light.
@@ -26,31 +26,30 @@ const NODES: usize = 64;
 const QUADRATURE: usize = 96;
 
 impl Coating {
-    /// Integrates the coating; `alpha = 0` is smooth. *differs:* for a rough coating the internal
+    /// Integrates the coating; no facets are a smooth one. *differs:* for a rough coating the internal
     /// reflectance is the plain mean over the table's nodes, as in Mitsuba, which lies 1.5 % below
     /// the integral.
-    pub fn new(alpha: f32, ior: f32) -> Self {
-        if alpha <= 0.0 {
+    pub fn new(facets: Option<Microfacets>, ior: f32) -> Self {
+        let Some(facets) = facets else {
             return Self {
                 ior,
-                ggx: None,
+                facets: None,
                 transmittance: Vec::new(),
                 internal_reflectance: fresnel::diffuse_reflectance(1.0 / ior),
             };
-        }
-        let ggx = Ggx::new(alpha);
+        };
         let rows: Vec<(f32, f32)> = (0..NODES)
             .into_par_iter()
             .map(|i| {
                 let mu = (i as f32 / (NODES - 1) as f32).max(1e-6);
-                let [_, transmitted] = boundary_shares(ggx, mu, ior);
-                let [reflected, _] = boundary_shares(ggx, mu, 1.0 / ior);
+                let [_, transmitted] = boundary_shares(facets, mu, ior);
+                let [reflected, _] = boundary_shares(facets, mu, 1.0 / ior);
                 (transmitted, reflected * mu)
             })
             .collect();
         Self {
             ior,
-            ggx: Some(ggx),
+            facets: Some(facets),
             transmittance: rows.iter().map(|r| r.0).collect(),
             internal_reflectance: 2.0 * rows.iter().map(|r| r.1).sum::<f32>() / NODES as f32,
         }
@@ -58,7 +57,7 @@ impl Coating {
 
     /// Share of light at this cosine that enters the coating.
     fn transmittance(&self, cos: f32) -> f32 {
-        if self.ggx.is_none() {
+        if self.facets.is_none() {
             return 1.0 - fresnel::dielectric(cos, self.ior).reflectance;
         }
         let x = cos.clamp(0.0, 1.0) * (NODES - 1) as f32;
@@ -71,23 +70,23 @@ impl Coating {
 /// Shares of light at cosine `mu` that a rough dielectric boundary reflects and lets through (single
 /// scattering: what other facets catch belongs to neither), by the midpoint rule over visible
 /// normals.
-fn boundary_shares(ggx: Ggx, mu: f32, ior: f32) -> [f32; 2] {
+fn boundary_shares(facets: Microfacets, mu: f32, ior: f32) -> [f32; 2] {
     let view = Vec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu);
     let centre = |i: usize| (i as f32 + 0.5) / QUADRATURE as f32;
     let mut sums = [0.0f64; 2];
     for i in 0..QUADRATURE * QUADRATURE {
         let u = [centre(i % QUADRATURE), centre(i / QUADRATURE)];
-        let half = ggx.sample_visible(view, u);
+        let half = facets.sample_visible(view, u);
         let cos = view.dot(half).max(0.0);
         let fresnel = fresnel::dielectric(cos, ior);
         let reflected = reflect(view, half);
         if reflected.z > 0.0 {
-            sums[0] += f64::from(fresnel.reflectance * ggx.masking(reflected, half));
+            sums[0] += f64::from(fresnel.reflectance * facets.masking(reflected, half));
         }
         let scale = 1.0 / fresnel.eta_ratio;
         let refracted = half * (cos * scale - fresnel.cos_refracted) - view * scale;
         if refracted.z < 0.0 && fresnel.reflectance < 1.0 {
-            sums[1] += f64::from((1.0 - fresnel.reflectance) * ggx.masking(refracted, half));
+            sums[1] += f64::from((1.0 - fresnel.reflectance) * facets.masking(refracted, half));
         }
     }
     sums.map(|sum| (sum / (QUADRATURE * QUADRATURE) as f64) as f32)
@@ -134,13 +133,13 @@ impl Plastic<'_> {
         }
         let through = self.coating.transmittance(view.z) * self.coating.transmittance(light.z);
         let base = self.base() * (FRAC_1_PI * light.z * through);
-        let Some(ggx) = self.coating.ggx else {
+        let Some(facets) = self.coating.facets else {
             return base;
         };
         let half = (view + light).normalize();
         let boundary = fresnel::dielectric(view.dot(half), self.coating.ior).reflectance;
-        let masking = ggx.masking(view, half) * ggx.masking(light, half);
-        base + self.specular * (boundary * ggx.density(half) * masking / (4.0 * view.z))
+        let masking = facets.masking(view, half) * facets.masking(light, half);
+        base + self.specular * (boundary * facets.density(half) * masking / (4.0 * view.z))
     }
 
     pub(super) fn pdf(&self, view: Vec3, light: Vec3) -> f32 {
@@ -149,9 +148,11 @@ impl Plastic<'_> {
         }
         let specular = self.specular_probability(self.coating.transmittance(view.z));
         let base = (1.0 - specular) * cosine_pdf(light);
-        match self.coating.ggx {
+        match self.coating.facets {
             None => base,
-            Some(ggx) => base + specular * ggx.reflection_pdf(view, (view + light).normalize()),
+            Some(facets) => {
+                base + specular * facets.reflection_pdf(view, (view + light).normalize())
+            }
         }
     }
 
@@ -161,9 +162,9 @@ impl Plastic<'_> {
         }
         let transmittance = self.coating.transmittance(view.z);
         let specular = self.specular_probability(transmittance);
-        let light = match self.coating.ggx {
+        let light = match self.coating.facets {
             _ if choice >= specular => cosine_sample(u),
-            Some(ggx) => reflect(view, ggx.sample_visible(view, u)),
+            Some(facets) => reflect(view, facets.sample_visible(view, u)),
             None => {
                 return Some(BsdfSample {
                     direction: Vec3::new(-view.x, -view.y, view.z),

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::*;
 use crate::sample::Rng;
+use crate::scene::MicrofacetDistribution::{self, Beckmann, Ggx};
 
 fn models(coatings: &[Coating]) -> Vec<(&'static str, Model<'_>)> {
     let metal = Conductor {
@@ -37,18 +38,35 @@ fn models(coatings: &[Coating]) -> Vec<(&'static str, Model<'_>)> {
         ("rough plastic", plastic(1, true)),
         ("rough plastic, linear", plastic(1, false)),
         ("very rough plastic", plastic(2, true)),
-        ("rough metal", Model::RoughConductor(metal, Ggx::new(0.3))),
-        ("glossy", Model::RoughConductor(perfect, Ggx::new(0.1))),
+        ("Beckmann plastic", plastic(3, true)),
+        (
+            "rough metal",
+            Model::RoughConductor(metal, facets(Ggx, 0.3)),
+        ),
+        ("glossy", Model::RoughConductor(perfect, facets(Ggx, 0.1))),
+        (
+            "Beckmann metal",
+            Model::RoughConductor(metal, facets(Beckmann, 0.3)),
+        ),
+        (
+            "glossy Beckmann",
+            Model::RoughConductor(perfect, facets(Beckmann, 0.1)),
+        ),
         ("mirror", Model::Mirror(metal)),
     ]
 }
 
 fn coatings() -> Vec<Coating> {
     vec![
-        Coating::new(0.0, 1.5),
-        Coating::new(0.2, 1.5),
-        Coating::new(0.8, 1.49),
+        Coating::new(None, 1.5),
+        Coating::new(Some(facets(Ggx, 0.2)), 1.5),
+        Coating::new(Some(facets(Ggx, 0.8)), 1.49),
+        Coating::new(Some(facets(Beckmann, 0.3)), 1.49),
     ]
+}
+
+fn facets(distribution: MicrofacetDistribution, alpha: f32) -> Microfacets {
+    Microfacets::new(distribution, alpha)
 }
 
 fn bsdf(model: Model<'_>) -> LocalBsdf<'_> {
