@@ -100,13 +100,12 @@ fn leaf(parameters: &Parameters, radius: f64, row: usize, k: usize) -> Mesh {
         let width = radius * 0.34 * (1.0 - 0.75 * v.powi(3)) * (1.0 + 0.12 * (v * 22.0).sin());
         let across = (u - 0.5) * 2.0;
         let curl = (v - 0.72).max(0.0);
-        let out = radius * (0.86 + 0.2 * v + 0.09 * row as f64) + 1.6 * curl * radius
+        let out = radius * (0.8 + 0.26 * v + 0.09 * row as f64) + 1.6 * curl * radius
             - 0.012 * across.abs();
-        DVec3::new(
-            across * width,
-            low + tall * v - 2.2 * tall * curl * curl * 2.0,
-            out,
-        )
+        // Bent around the bell, so that no gap opens behind its edges.
+        let (sin, cos) = (across * width / out).sin_cos();
+        let y = low + tall * v - 2.2 * tall * curl * curl * 2.0;
+        DVec3::new(out * sin, y, out * cos)
     });
     placed(&blade, DMat4::from_rotation_y(turn_rad))
 }

@@ -20,12 +20,12 @@ fn tiles(parameters: &Parameters, odd: bool) -> Mesh {
         all.filter(|(i, j)| ((i + j) % 2 == 1) == odd)
             .map(|(i, j)| {
                 let (x, z) = (-WALL_X + i as f64 * size, FRONT_Z - j as f64 * size);
-                let lift = jitter(parameters.seed, (i * 4096 + j) as u64, [-0.0015, 0.0015]);
-                let gap = 0.004;
+                let lift = jitter(parameters.seed, (i * 4096 + j) as u64, [-0.001, 0.001]);
+                let gap = 0.003;
                 bevelled_box(
                     [x + gap, -0.03, z - size + gap],
                     [x + size - gap, lift, z - gap],
-                    0.004,
+                    0.002,
                 )
             }),
     )
@@ -49,7 +49,7 @@ pub(super) fn slab(_: &Parameters) -> Mesh {
         )
     };
     merged([
-        cuboid([-WALL_X, -0.3, BACK_Z], [WALL_X, -0.008, FRONT_Z]),
+        cuboid([-WALL_X, -0.3, BACK_Z], [WALL_X, -0.003, FRONT_Z]),
         gallery(-1.0),
         gallery(1.0),
     ])
@@ -82,7 +82,7 @@ pub(super) fn walls(_: &Parameters) -> Mesh {
     let end = wall([WALL_X * 2.0, TOP], 0.4, &door);
     let back = moved(&end, [-WALL_X, 0.0, BACK_Z - 0.4]);
     let front = moved(&end, [-WALL_X, 0.0, FRONT_Z]);
-    let outside = cuboid([-2.5, -0.3, BACK_Z - 6.0], [2.5, -0.008, BACK_Z]);
+    let outside = cuboid([-2.5, -0.3, BACK_Z - 6.0], [2.5, -0.003, BACK_Z]);
     let roof = |side: f64| {
         let (a, b) = (side * (ROW_X - 0.4), side * (WALL_X + 0.6));
         let z = [BACK_Z - 0.4, FRONT_Z + 0.4];

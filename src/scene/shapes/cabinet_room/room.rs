@@ -13,7 +13,7 @@ pub(super) fn floor(_: &Parameters) -> Mesh {
     let size = 0.3;
     let columns = (ROOM_X * 2.0 / size).ceil() as usize;
     let rows = ((FRONT_Z - BACK_Z) / size).ceil() as usize;
-    let bed = cuboid([-ROOM_X, -0.2, BACK_Z], [ROOM_X, -0.004, FRONT_Z]);
+    let bed = cuboid([-ROOM_X, -0.2, BACK_Z], [ROOM_X, -0.0015, FRONT_Z]);
     let all = (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j)));
     merged([bed].into_iter().chain(all.map(|(i, j)| {
         let (x, z) = (-ROOM_X + i as f64 * size, BACK_Z + j as f64 * size);
@@ -21,7 +21,7 @@ pub(super) fn floor(_: &Parameters) -> Mesh {
         bevelled_box(
             [x + GAP, -0.02, z + GAP],
             [right - GAP, 0.0, front - GAP],
-            0.002,
+            0.001,
         )
     })))
 }
@@ -65,7 +65,11 @@ pub(super) fn ceiling(_: &Parameters) -> Mesh {
 /// Bricks of glazed tile in running bond between worktop and wall cabinets.
 pub(super) fn wall_tiles(parameters: &Parameters) -> Mesh {
     let (width, height) = (0.15, 0.075);
-    let mut pieces = Vec::new();
+    // The grout lies a little behind the glazed faces.
+    let mut pieces = vec![cuboid(
+        [-ROOM_X, TOP, BACK_Z - 0.002],
+        [ROOM_X, TOP + 0.005 + height * 7.0, BACK_Z + 0.0068],
+    )];
     for row in 0..7 {
         let y = TOP + 0.005 + height * f64::from(row);
         let mut x = -ROOM_X - if row % 2 == 0 { 0.0 } else { width * 0.5 };
@@ -78,7 +82,7 @@ pub(super) fn wall_tiles(parameters: &Parameters) -> Mesh {
                 pieces.push(bevelled_box(
                     [left + 0.0012, y + 0.0012, BACK_Z - 0.002],
                     [right - 0.0012, y + height - 0.0012, BACK_Z + depth],
-                    0.002,
+                    0.001,
                 ));
             }
             x += width;
