@@ -184,8 +184,8 @@ fn roller_shells(parameters: &Parameters) -> Mesh {
     let cap = lathe(
         &smooth_profile(
             &[
-                [0.0, 1.1],
-                [0.1, 1.1],
+                [0.0, 1.04],
+                [0.11, 1.05],
                 [0.12, 1.13],
                 [0.07, 1.2],
                 [0.0, 1.22],
@@ -342,9 +342,13 @@ fn crates(parameters: &Parameters) -> Mesh {
     }))
 }
 
-/// Three long glowing boxes overhead.
+/// Three long glowing panels overhead that face down; single quads, so that no light sample is lost on
+/// a side nobody sees.
 fn lamps(_: &Parameters) -> Mesh {
-    merged(
-        [-1.0, -8.0, -16.0].map(|z| bevelled_box([-3.0, 5.6, z - 0.5], [3.0, 5.7, z + 0.5], 0.02)),
-    )
+    let panels = [-1.0, -8.0, -16.0].map(|middle| {
+        lattice([2, 2], [false; 2], |i, j| {
+            DVec3::new(-3.0 + 6.0 * i as f64, 5.6, middle - 0.5 + j as f64)
+        })
+    });
+    super::kit::shade(merged(panels), 1.0)
 }

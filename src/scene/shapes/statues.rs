@@ -2,7 +2,8 @@
 
 use super::figures::{elephant, seated, standing};
 use super::kit::{
-    bevelled_box, cylinder, jitter, lathe, merged, moved, set_at, smooth_profile, strip_solid,
+    bevelled_box, cuboid, cylinder, jitter, lathe, merged, moved, set_at, smooth_profile,
+    strip_solid,
 };
 use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
@@ -35,29 +36,33 @@ const FAR_SEATED: [[f64; 3]; 3] = [[-2.6, -20.0, 40.0], [2.6, -20.0, -40.0], [0.
 const FAR_ELEPHANTS: [[f64; 3]; 2] = [[-3.2, -29.0, 30.0], [3.2, -29.0, -30.0]];
 const PLINTH_HEIGHT: f64 = 0.55;
 
-/// A quarter square kilometre of flat earth.
+/// A quarter square kilometre of flat earth; its far edge rises a little, since below the horizon the
+/// sky is black.
 fn ground(_: &Parameters) -> Mesh {
-    let mut mesh = super::kit::lattice([2, 2], [false; 2], |i, j| {
-        DVec3::new(-250.0 + 500.0 * i as f64, 0.0, 250.0 - 500.0 * j as f64)
+    let cuts = [-250.0, -200.0, 200.0, 250.0];
+    let mesh = super::kit::lattice([4, 4], [false; 2], |i, j| {
+        let inside = (1..3).contains(&i) && (1..3).contains(&j);
+        DVec3::new(cuts[i], if inside { 0.0 } else { 4.0 }, -cuts[j])
     });
-    mesh.normals = vec![glam::Vec3::Y; mesh.positions.len()];
-    mesh
+    super::kit::shade(mesh, 1.0)
 }
 
-/// Bevelled slabs with open joints, slightly uneven.
+/// Bevelled slabs, slightly uneven, in a bed of sand that fills the joints up to a few millimetres.
 fn paving(parameters: &Parameters) -> Mesh {
     let slab = |i: i32, j: i32| {
         let key = (i * 1000 + j + 500_000) as u64;
-        let height = jitter(parameters.seed, key, [0.035, 0.05]);
+        let height = jitter(parameters.seed, key, [0.036, 0.046]);
         let (x, z) = (f64::from(i) * 0.7, 3.4 - f64::from(j) * 0.7);
-        let gap = 0.008;
+        let gap = 0.006;
         bevelled_box(
             [x + gap, -0.02, z - 0.7 + gap],
             [x + 0.7 - gap, height, z - gap],
-            0.012,
+            0.006,
         )
     };
-    merged((-3..3).flat_map(|i| (0..66).map(move |j| slab(i, j))))
+    let bed = cuboid([-2.09, -0.02, 3.39 - 66.0 * 0.7], [2.09, 0.032, 3.39]);
+    let slabs = (-3..3).flat_map(|i| (0..66).map(move |j| slab(i, j)));
+    merged([bed].into_iter().chain(slabs))
 }
 
 fn near_seated(parameters: &Parameters) -> Mesh {
@@ -158,7 +163,8 @@ fn urns(parameters: &Parameters) -> Mesh {
     )
 }
 
-/// A row of arches that closes the avenue at 44 m.
+/// A row of arches that closes the avenue at 44 m: spandrels set back between the piers, which run up
+/// into the frieze.
 fn gate(parameters: &Parameters) -> Mesh {
     let steps = parameters.steps(24);
     let span = 3.2;
@@ -166,11 +172,14 @@ fn gate(parameters: &Parameters) -> Mesh {
         let (lower, upper): (Vec<DVec2>, Vec<DVec2>) = (0..=steps)
             .map(|i| {
                 let angle_rad = std::f64::consts::PI * (1.0 - i as f64 / steps as f64);
-                let (x, y) = (angle_rad.cos() * span * 0.5, angle_rad.sin() * span * 0.5);
-                (DVec2::new(centre + x, 4.2 + y), DVec2::new(centre + x, 6.8))
+                let (x, y) = (
+                    angle_rad.cos() * (span * 0.5 + 0.03),
+                    angle_rad.sin() * span * 0.5,
+                );
+                (DVec2::new(centre + x, 4.2 + y), DVec2::new(centre + x, 6.9))
             })
             .unzip();
-        moved(&strip_solid(&lower, &upper, 1.0), [0.0, 0.0, -44.5])
+        moved(&strip_solid(&lower, &upper, 0.84), [0.0, 0.0, -44.42])
     };
     let pitch = span + 1.0;
     let mut pieces = Vec::new();
@@ -183,7 +192,7 @@ fn gate(parameters: &Parameters) -> Mesh {
             let z = [-44.5 - grow, -43.5 + grow];
             bevelled_box([x - hx, y[0], z[0]], [x + hx, y[1], z[1]], 0.02)
         };
-        pieces.push(block(0.5, [0.0, 6.8], 0.0));
+        pieces.push(block(0.5, [0.0, 6.9], 0.0));
         pieces.push(block(0.6, [0.0, 0.5], 0.1));
         pieces.push(block(0.58, [4.0, 4.25], 0.08));
     }

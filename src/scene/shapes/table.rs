@@ -6,8 +6,8 @@ use glam::{DMat4, DVec3};
 
 use super::figures::seated;
 use super::kit::{
-    bevelled_box, capsule, curve, cylinder, lathe, merged, moved, placed, rounded_box, set_at,
-    sheet, smooth_profile, sphere, torus, tube,
+    bevelled_box, capsule, curve, lathe, merged, moved, placed, rounded_box, set_at, sheet,
+    smooth_profile, sphere, torus, tube,
 };
 use super::{Parameters, PartFunction};
 use crate::scene::Mesh;
@@ -28,8 +28,16 @@ pub const PARTS: &[(&str, PartFunction)] = &[
 /// Height of the table's surface.
 const TOP: f64 = 0.75;
 
+/// Flat earth that rises a little far away, since below the horizon the sky is black.
 fn ground(_: &Parameters) -> Mesh {
-    moved(&cylinder(60.0, 0.1, 0.0, 96), [0.0, -0.1, 0.0])
+    let profile = [
+        [0.0, -0.2],
+        [60.0, -0.2],
+        [60.0, 2.2],
+        [40.0, 0.0],
+        [0.0, 0.0],
+    ];
+    lathe(&profile, 96)
 }
 
 fn table_top(parameters: &Parameters) -> Mesh {
@@ -82,7 +90,7 @@ fn cloth(parameters: &Parameters) -> Mesh {
         let (x, z) = ((u - 0.5) * 0.42, (0.5 - v) * 0.34);
         let wave = (x * 34.0 + 4.0 * (z * 8.0).sin()).sin() * (z * 21.0 + x * 9.0).cos();
         let edge = ((x / 0.21).abs().max((z / 0.17).abs())).powi(4);
-        DVec3::new(x, 0.004 + 0.011 * edge * (0.6 + 0.6 * wave).max(0.05), z)
+        DVec3::new(x, 0.0022 + 0.011 * edge * (0.6 + 0.6 * wave).max(0.05), z)
     });
     set_at(&napkin, [0.36, TOP, 0.11], 24.0, 1.0)
 }
@@ -183,7 +191,7 @@ fn bowl(parameters: &Parameters) -> Mesh {
         parameters.steps(6),
     );
     let bowl = lathe(&profile, parameters.steps(80));
-    moved(&bowl, [0.36, TOP + 0.0065, 0.11])
+    moved(&bowl, [0.36, TOP + 0.0023, 0.11])
 }
 
 fn fruit(parameters: &Parameters) -> Mesh {
@@ -210,10 +218,10 @@ fn fruit(parameters: &Parameters) -> Mesh {
     );
     let apple = merged([apple, stalk]);
     let spots = [
-        [0.325, 0.041, 0.100, 0.0],
-        [0.395, 0.043, 0.085, 70.0],
-        [0.375, 0.042, 0.150, 150.0],
-        [0.362, 0.092, 0.108, 30.0],
+        [0.325, 0.0368, 0.100, 0.0],
+        [0.395, 0.0388, 0.085, 70.0],
+        [0.375, 0.0378, 0.150, 150.0],
+        [0.362, 0.0878, 0.108, 30.0],
     ];
     let piled = spots.map(|[x, y, z, turn_deg]| {
         let lean = placed(
