@@ -79,8 +79,10 @@ fn standing_row(parameters: &Parameters) -> Mesh {
 }
 
 fn far_figures(parameters: &Parameters) -> Mesh {
-    let buddha = seated(parameters.cell(0.02));
-    let animal = elephant(parameters.cell(0.026));
+    let (buddha, animal) = rayon::join(
+        || seated(parameters.cell(0.02)),
+        || elephant(parameters.cell(0.026)),
+    );
     let large = set_at(&buddha, [0.0; 3], 0.0, 2.4);
     let [left, right, last] = FAR_SEATED;
     merged([
