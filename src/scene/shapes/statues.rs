@@ -79,8 +79,10 @@ fn standing_row(parameters: &Parameters) -> Mesh {
 }
 
 fn far_figures(parameters: &Parameters) -> Mesh {
-    let buddha = seated(parameters.cell(0.02));
-    let animal = elephant(parameters.cell(0.026));
+    let (buddha, animal) = rayon::join(
+        || seated(parameters.cell(0.02)),
+        || elephant(parameters.cell(0.026)),
+    );
     let large = set_at(&buddha, [0.0; 3], 0.0, 2.4);
     let [left, right, last] = FAR_SEATED;
     merged([
@@ -108,10 +110,11 @@ fn plinths(_: &Parameters) -> Mesh {
             )
         };
         let top = PLINTH_HEIGHT;
+        // Each tier is sunk into the one below deeper than its bevel: no wedge opens at its foot.
         let body = merged([
             tier(0.12, -0.02, 0.12),
-            tier(0.06, 0.12, 0.18),
-            tier(0.0, 0.18, top - 0.1),
+            tier(0.06, 0.1, 0.18),
+            tier(0.0, 0.16, top - 0.08),
             tier(0.05, top - 0.1, top),
         ]);
         set_at(&body, [x, 0.0, z], turn_deg, 1.0)
@@ -197,7 +200,7 @@ fn gate(parameters: &Parameters) -> Mesh {
         pieces.push(block(0.58, [4.0, 4.25], 0.08));
     }
     let reach = 4.0 * pitch;
-    for (y, grow) in [(6.8, 0.12), (7.0, 0.24), (7.25, 0.1)] {
+    for (y, grow) in [(6.8, 0.12), (7.0, 0.24), (7.22, 0.1)] {
         let (low, high) = ([-reach, y, -44.5 - grow], [reach, y + 0.26, -43.5 + grow]);
         pieces.push(bevelled_box(low, high, 0.03));
     }

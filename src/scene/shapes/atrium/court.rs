@@ -82,7 +82,12 @@ pub(super) fn walls(_: &Parameters) -> Mesh {
     let end = wall([WALL_X * 2.0, TOP], 0.4, &door);
     let back = moved(&end, [-WALL_X, 0.0, BACK_Z - 0.4]);
     let front = moved(&end, [-WALL_X, 0.0, FRONT_Z]);
-    let outside = cuboid([-2.5, -0.3, BACK_Z - 6.0], [2.5, -0.003, BACK_Z]);
+    // A yard behind the door; its wall hides the black below the sky's horizon.
+    let far_z = BACK_Z - 6.0;
+    let outside = merged([
+        cuboid([-8.0, -0.3, far_z], [8.0, -0.003, BACK_Z]),
+        cuboid([-8.0, -0.3, far_z - 0.3], [8.0, 2.3, far_z]),
+    ]);
     let roof = |side: f64| {
         let (a, b) = (side * (ROW_X - 0.4), side * (WALL_X + 0.6));
         let z = [BACK_Z - 0.4, FRONT_Z + 0.4];

@@ -14,12 +14,12 @@ fn step_corner(i: usize) -> (f64, f64) {
     (RISE * (i + 1) as f64, FIRST_Z - GOING * i as f64)
 }
 
-/// Treads with a nosing, and the landing's boards.
+/// Treads with a nosing, let into the riser behind them, and the landing's boards.
 pub(super) fn treads(_: &Parameters) -> Mesh {
     let tread = |i: usize| {
         let (y, z) = step_corner(i);
         rounded_nosing(
-            [-HALF_WIDTH - 0.06, y - 0.036, z - GOING],
+            [-HALF_WIDTH - 0.06, y - 0.036, z - GOING - 0.02],
             [HALF_WIDTH + 0.06, y, z + 0.03],
         )
     };
@@ -193,7 +193,7 @@ pub(super) fn rails(parameters: &Parameters) -> Mesh {
 fn newel(parameters: &Parameters) -> Mesh {
     merged([
         bevelled_box([-0.075, 0.0, -0.075], [0.075, 0.2, 0.075], 0.01),
-        bevelled_box([-0.06, 0.2, -0.06], [0.06, 1.12, 0.06], 0.008),
+        bevelled_box([-0.06, 0.18, -0.06], [0.06, 1.14, 0.06], 0.008),
         bevelled_box([-0.08, 1.12, -0.08], [0.08, 1.16, 0.08], 0.008),
         moved(
             &cylinder(0.035, 0.05, 0.005, parameters.steps(24)),

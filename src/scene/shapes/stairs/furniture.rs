@@ -56,7 +56,7 @@ pub(super) fn pedestals(parameters: &Parameters) -> Mesh {
     merged([
         moved(&near, [0.66, 0.0, 0.3]),
         tier(0.78, [0.0, 0.1]),
-        tier(0.7, [0.1, 0.47]),
+        tier(0.7, [0.08, 0.49]),
         tier(0.75, [0.47, 0.55]),
     ])
 }

@@ -15,7 +15,7 @@ use crate::scene::shapes::kit::{
 pub(super) fn floor(_: &Parameters) -> Mesh {
     let width = 0.2;
     let boards = (HALL_X * 2.0 / width).round() as usize;
-    let bed = cuboid([-HALL_X, -0.2, BACK_Z], [HALL_X, -0.0025, FRONT_Z]);
+    let bed = cuboid([-HALL_X, -0.2, BACK_Z], [HALL_X, -0.0015, FRONT_Z]);
     let board = |i: usize| {
         let x = -HALL_X + width * i as f64;
         let offset = (i * 7 % 5) as f64 * 0.42;
@@ -27,8 +27,8 @@ pub(super) fn floor(_: &Parameters) -> Mesh {
             .collect();
         merged(cuts.windows(2).filter(|w| w[0] - w[1] > 0.05).map(|w| {
             bevelled_box(
-                [x + 0.0015, -0.03, w[1] + 0.0015],
-                [x + width - 0.0015, 0.0, w[0] - 0.0015],
+                [x + 0.0008, -0.03, w[1] + 0.0008],
+                [x + width - 0.0008, 0.0, w[0] - 0.0008],
                 0.0015,
             )
         }))
