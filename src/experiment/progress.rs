@@ -198,8 +198,13 @@ impl Progress {
     pub fn time<T>(&self, stage: &str, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
-        self.lock().spend(stage, start.elapsed().as_secs_f64());
+        self.spend(stage, start.elapsed().as_secs_f64());
         result
+    }
+
+    /// Remembers time that belongs to no job's row.
+    pub fn spend(&self, stage: &str, seconds: f64) {
+        self.lock().spend(stage, seconds);
     }
 
     fn remaining(&self, state: &State) -> String {

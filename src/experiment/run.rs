@@ -193,6 +193,8 @@ impl Runner {
             ..CompareOptions::default()
         };
         let result = cached::render(technique, frame, &contender).and_then(|rendered| {
+            let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
+            self.progress.spend("settings not kept", uncharged);
             self.progress
                 .time("metrics", || {
                     compare(&reference.mean, &rendered.image, &options)
@@ -207,7 +209,7 @@ impl Runner {
             }
             Ok((rendered, comparison)) => {
                 fill(&mut row, job, (&rendered, &comparison), reference);
-                row.seconds_total = rendered.stages.total().min(start.elapsed().as_secs_f64());
+                row.seconds_total = rendered.stages.total();
                 let pictures = Pictures {
                     rendered,
                     comparison,
