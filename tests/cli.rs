@@ -201,6 +201,20 @@ fn wrong_overrides_and_selections_are_refused() {
             ".exr or .png",
         ),
         (vec!["render", "nowhere", "--out", "x.exr"], 2, "nowhere"),
+        (
+            vec![
+                "render",
+                "hard-cases",
+                "--method",
+                "reference",
+                "--set",
+                "sid=8",
+                "--out",
+                "x.exr",
+            ],
+            2,
+            "no such parameter",
+        ),
         (vec!["report", "."], 2, "plan.json"),
         (vec!["explain", "distributions/XX"], 2, "no entry"),
     ] {

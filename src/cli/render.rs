@@ -47,6 +47,14 @@ impl Prepared {
                 entry.about.id
             )));
         }
+        if let Some(key) = method.keys().next().filter(|_| is_reference) {
+            let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
+            return Err(Failure::usage(format!(
+                "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, environment of the scene",
+                entry.about.id,
+                known.join(", ")
+            )));
+        }
         let distribution = match is_reference {
             true => None,
             false => Some(Distribution::new(&args.method, &method)?),
