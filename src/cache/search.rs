@@ -115,16 +115,6 @@ impl RecordSearch {
         values
     }
 
-    /// Calls `answer(query, neighbours)` once for each query; see [`RecordSearch::map`].
-    pub fn for_each(
-        &self,
-        positions: &[Vec3],
-        normals: &[Vec3],
-        answer: impl Fn(usize, &[Neighbour]) + Sync,
-    ) {
-        self.map(positions, normals, answer);
-    }
-
     /// The records of each query in ascending order of record, `stride` numbers for each, filled up
     /// with `u32::MAX`. `records` must hold `stride` numbers for each query; surplus neighbours,
     /// those farthest away, are left out.

@@ -209,7 +209,7 @@ fn for_each_visits_every_query_once() {
     let (p, n) = surface(50, 9);
     let (qp, qn) = image(200, 150);
     let visits: Vec<AtomicU32> = qp.iter().map(|_| AtomicU32::new(0)).collect();
-    RecordSearch::new(&p, &n, rule(0.05)).for_each(&qp, &qn, |i, found| {
+    RecordSearch::new(&p, &n, rule(0.05)).map(&qp, &qn, |i, found| {
         assert!(!found.is_empty());
         visits[i].fetch_add(1, Ordering::Relaxed);
     });
