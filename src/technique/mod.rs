@@ -6,6 +6,7 @@
 
 pub mod ambient_occlusion;
 pub mod cached;
+pub mod importance_caching;
 mod distribution;
 mod frame;
 pub mod truth;
