@@ -1,11 +1,15 @@
 //! The one table of methods.
 
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
-use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, truth};
+use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, importance_caching, truth};
 
 /// All techniques.
-pub const TECHNIQUES: &[TechniqueEntry] =
-    &[ambient_occlusion::ENTRY, truth::DIRECT, truth::PATH_TRACING];
+pub const TECHNIQUES: &[TechniqueEntry] = &[
+    ambient_occlusion::ENTRY,
+    importance_caching::ENTRY,
+    truth::DIRECT,
+    truth::PATH_TRACING,
+];
 
 /// All first stages of placement.
 pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];

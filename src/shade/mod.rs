@@ -13,4 +13,4 @@ pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{Emitted, LightSample, Lights, Source};
 pub use path::{DIRECT_LIGHTING, PathTracer};
 pub use surface::{Interaction, Surfaces};
-pub use vpl::{Connector, Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};
+pub use vpl::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};

@@ -1,9 +1,5 @@
 //! What a ray meets: position, orientation, scattering and emission at a hit.
 
-mod kept;
-
-pub use kept::Kept;
-
 use glam::{Vec2, Vec3};
 
 use super::bsdf::{

@@ -6,9 +6,9 @@
 
 pub mod ambient_occlusion;
 pub mod cached;
-pub mod importance_caching;
 mod distribution;
 mod frame;
+pub mod importance_caching;
 mod method;
 mod per_sample;
 pub mod truth;
@@ -44,6 +44,11 @@ pub trait Technique: Send + Sync {
 
     /// Rays traced for one evaluation of the function, for cost estimates.
     fn rays_per_evaluation(&self) -> u64;
+
+    /// Bytes that a record takes, for estimates of memory; 0 where there are no records.
+    fn bytes_per_record(&self) -> u64 {
+        0
+    }
 
     /// Renders one contender.
     ///

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{Emission, VirtualLight, VirtualLights};
-use crate::shade::surface::{Interaction, Surfaces};
+use crate::shade::surface::Interaction;
 use crate::trace::{Ray, offset_origin};
 
 /// Rays to a light stop this share of their length before it.
@@ -57,18 +57,11 @@ pub struct Neighbourhood {
     pub turn: [f32; 2],
 }
 
-/// Evaluates lights of a set; `surfaces` are those that the set was made with.
-#[derive(Clone, Copy)]
-pub struct Connector<'a> {
-    pub lights: &'a VirtualLights,
-    pub surfaces: &'a Surfaces<'a>,
-}
-
-impl Connector<'_> {
+impl VirtualLights<'_> {
     /// Radiance that light `index` adds at the receiver towards its viewer if nothing is between.
     /// 0 for a light at the receiver itself. Not finite only where a material is.
     pub fn unoccluded(&self, to: &Receiver, index: usize) -> Vec3 {
-        let light = &self.lights.lights[index];
+        let light = &self.lights[index];
         if let Emission::Infinity { irradiance } = light.emission {
             return to.scattering(light.normal) * irradiance;
         }
@@ -77,20 +70,20 @@ impl Connector<'_> {
         let Some(direction) = way.try_normalize() else {
             return Vec3::ZERO;
         };
-        let sent = self.sent(light, -direction);
+        let sent = light.sent(-direction);
         if sent == Vec3::ZERO {
             return Vec3::ZERO;
         }
         to.scattering(direction) * sent / squared.max(self.least_squared())
     }
 
-    /// A bound of [`Connector::unoccluded`] over a neighbourhood: cosines and the distance at their
+    /// A bound of [`VirtualLights::unoccluded`] over a neighbourhood: cosines and the distance at their
     /// best, scattering as at the receiver (Georgiev et al. 2012).
     ///
     /// *differs:* the receiver's cosine is bounded over the radius and the turn of the normals, not
     /// by 1, so that lights behind everything nearby count for nothing.
     pub fn bounded(&self, to: &Receiver, index: usize, near: &Neighbourhood) -> Vec3 {
-        let light = &self.lights.lights[index];
+        let light = &self.lights[index];
         if let Emission::Infinity { irradiance } = light.emission {
             let cosine = best_cosine(to.normal.dot(light.normal), near.turn);
             return to.lifted_scattering(light.normal) * irradiance * cosine;
@@ -102,7 +95,7 @@ impl Connector<'_> {
         let squared = (least * least).max(self.least_squared());
         if least == 0.0 {
             // The light may lie in any direction.
-            let sent = self.lifted_sent(light, -direction);
+            let sent = light.lifted_sent(-direction);
             return to.lifted_scattering(direction) * sent / squared;
         }
         let sin = near.radius / distance;
@@ -113,13 +106,13 @@ impl Connector<'_> {
         if cosines == 0.0 {
             return Vec3::ZERO;
         }
-        let sent = self.lifted_sent(light, -direction);
+        let sent = light.lifted_sent(-direction);
         to.lifted_scattering(direction) * sent * (cosines / squared)
     }
 
     /// The ray that decides whether a light reaches the receiver.
     pub fn shadow_ray(&self, to: &Receiver, index: usize) -> Ray {
-        let light = &self.lights.lights[index];
+        let light = &self.lights[index];
         if let Emission::Infinity { .. } = light.emission {
             return Ray::new(to.origin, light.normal);
         }
@@ -131,17 +124,19 @@ impl Connector<'_> {
     }
 
     fn least_squared(&self) -> f32 {
-        (self.lights.clamp_distance * self.lights.clamp_distance).max(f32::MIN_POSITIVE)
+        (self.clamp_distance * self.clamp_distance).max(f32::MIN_POSITIVE)
     }
+}
 
+impl VirtualLight<'_> {
     /// Intensity that a light on a surface sends in a direction.
-    fn sent(&self, light: &VirtualLight, direction: Vec3) -> Vec3 {
-        match &light.emission {
+    fn sent(&self, direction: Vec3) -> Vec3 {
+        match &self.emission {
             Emission::Cosine {
                 intensity,
                 shading_normal,
             } => {
-                let cosine = direction.dot(light.normal);
+                let cosine = direction.dot(self.normal);
                 if cosine <= 0.0 || direction.dot(*shading_normal) <= 0.0 {
                     Vec3::ZERO
                 } else {
@@ -149,23 +144,21 @@ impl Connector<'_> {
                 }
             }
             Emission::Glossy { at, power } => {
-                if direction.dot(light.normal) <= 0.0 {
+                if direction.dot(self.normal) <= 0.0 {
                     return Vec3::ZERO;
                 }
-                let at = self.surfaces.recall(at);
                 at.evaluate(direction) * *power * at.adjoint(direction)
             }
             Emission::Infinity { irradiance } => *irradiance,
         }
     }
 
-    /// As [`Connector::sent`], without its cosine, and lifted above the horizon.
-    fn lifted_sent(&self, light: &VirtualLight, direction: Vec3) -> Vec3 {
-        match &light.emission {
+    /// As [`VirtualLight::sent`], without its cosine, and lifted above the horizon.
+    fn lifted_sent(&self, direction: Vec3) -> Vec3 {
+        match &self.emission {
             Emission::Cosine { intensity, .. } => *intensity,
             Emission::Glossy { at, power } => {
-                let at = self.surfaces.recall(at);
-                lifted(&at, at.facing_shading_normal(), direction) * *power
+                lifted(at, at.facing_shading_normal(), direction) * *power
             }
             Emission::Infinity { irradiance } => *irradiance,
         }

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::connect::{Connector, REACH, Receiver};
+use super::VirtualLights;
+use super::connect::{REACH, Receiver};
 use crate::trace::Caster;
 
 /// Rays of a bundle.
@@ -27,7 +28,7 @@ impl Default for Gathering {
     }
 }
 
-impl Connector<'_> {
+impl VirtualLights<'_> {
     /// Calls `visit(light, unoccluded, visible)` for each light whose unoccluded contribution is not
     /// black, in the order of the set. Lights that are black at the receiver cost no ray.
     pub fn each(
@@ -36,19 +37,19 @@ impl Connector<'_> {
         to: &Receiver,
         (buffers, visit): (&mut Gathering, &mut dyn FnMut(usize, Vec3, bool)),
     ) {
-        for index in 0..self.lights.len() {
-            if index == self.lights.finite || buffers.waiting == BUNDLE {
+        for index in 0..self.len() {
+            if index == self.finite || buffers.waiting == BUNDLE {
                 self.flush(caster, to, (&mut *buffers, &mut *visit));
             }
             let value = self.unoccluded(to, index);
             if value == Vec3::ZERO {
                 continue;
             }
-            let light = &self.lights.lights[index];
+            let light = &self.lights[index];
             let slot = buffers.waiting;
             buffers.indices[slot] = index as u32;
             buffers.values[slot] = value;
-            buffers.ways[slot] = if index < self.lights.finite {
+            buffers.ways[slot] = if index < self.finite {
                 light.end - to.origin
             } else {
                 light.normal
@@ -72,7 +73,7 @@ impl Connector<'_> {
         }
         let ways = &mut buffers.ways[..count];
         let mut limit = f32::INFINITY;
-        if (buffers.indices[0] as usize) < self.lights.finite {
+        if (buffers.indices[0] as usize) < self.finite {
             let lengths = ways.iter().map(|w| w.length());
             let longest = lengths.fold(f32::MIN_POSITIVE, f32::max);
             ways.iter_mut().for_each(|w| *w /= longest);

@@ -29,12 +29,13 @@ struct Paths<'a> {
     shift: [f64; 2],
 }
 
-impl VirtualLights {
+impl<'a> VirtualLights<'a> {
     /// Traces light paths; empty where nothing shines or `max_depth` < 2.
-    pub fn new(scene: &PathTracer, options: &VplOptions, counter: &RayCounter) -> Self {
+    pub fn new(scene: &'a PathTracer<'a>, options: &VplOptions, counter: &RayCounter) -> Self {
         let diagonal = scene.lights().diagonal();
         let mut set = Self {
             clamp_distance: options.clamp * diagonal,
+            disk: std::f32::consts::PI * 0.25 * diagonal * diagonal,
             ..Self::default()
         };
         let dark = scene.lights().is_dark();
@@ -60,7 +61,7 @@ impl VirtualLights {
         paths.stream = STREAM;
         set.paths = paths.count;
         let mut lights = paths.trace(counter);
-        lights.extend(parallel.into_iter().map(|p| VirtualLight::at_infinity(p)));
+        lights.extend(parallel.into_iter().map(VirtualLight::at_infinity));
         let before = lights.len();
         lights.retain(VirtualLight::is_finite);
         set.dropped = before - lights.len();
@@ -71,11 +72,11 @@ impl VirtualLights {
     }
 }
 
-impl Paths<'_> {
+impl<'a> Paths<'a> {
     /// The lights of all paths, in the order of the paths.
-    fn trace(&self, counter: &RayCounter) -> Vec<VirtualLight> {
+    fn trace(&self, counter: &RayCounter) -> Vec<VirtualLight<'a>> {
         const GRAIN: usize = 64;
-        let chunks: Vec<Vec<VirtualLight>> = (0..self.count.div_ceil(GRAIN))
+        let chunks: Vec<Vec<VirtualLight<'a>>> = (0..self.count.div_ceil(GRAIN))
             .into_par_iter()
             .map(|chunk| {
                 let caster = self.scene.tracer().caster(counter);
@@ -90,7 +91,7 @@ impl Paths<'_> {
         chunks.into_iter().flatten().collect()
     }
 
-    fn trace_one(&self, caster: &Caster, path: usize, lights: &mut Vec<VirtualLight>) {
+    fn trace_one(&self, caster: &Caster, path: usize, lights: &mut Vec<VirtualLight<'a>>) {
         // Powers of the reciprocal of the plastic number: the R2 sequence.
         const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_2];
         let mut rng = Rng::new(self.seed, self.stream, path as u64, 0);
@@ -129,7 +130,7 @@ impl Paths<'_> {
     }
 
     /// The start of a path as a light.
-    fn direct(&self, source: &Source, share: f32) -> Option<VirtualLight> {
+    fn direct(&self, source: &Source, share: f32) -> Option<VirtualLight<'a>> {
         match *source {
             Source::Surface {
                 position,
@@ -154,7 +155,7 @@ impl Paths<'_> {
     }
 
     /// A surface point that `power` has reached, as a light.
-    fn indirect(&self, at: &Interaction, power: Vec3) -> VirtualLight {
+    fn indirect(&self, at: &Interaction<'a>, power: Vec3) -> VirtualLight<'a> {
         let normal = at.facing_normal();
         let emission = match at.lambertian() {
             Some(scattering) => {
@@ -171,10 +172,7 @@ impl Paths<'_> {
                     shading_normal,
                 }
             }
-            None => Emission::Glossy {
-                at: self.scene.surfaces().keep(at),
-                power,
-            },
+            None => Emission::Glossy { at: *at, power },
         };
         VirtualLight {
             position: at.position,
@@ -185,7 +183,7 @@ impl Paths<'_> {
     }
 }
 
-impl VirtualLight {
+impl VirtualLight<'_> {
     fn at_infinity((direction, irradiance): (Vec3, Vec3)) -> Self {
         Self {
             position: Vec3::ZERO,

@@ -23,10 +23,11 @@ mod tests;
 
 use glam::Vec3;
 
-pub use connect::{Connector, Neighbourhood, Receiver};
+pub use connect::{Neighbourhood, Receiver};
 pub use gather::Gathering;
 
-use super::surface::Kept;
+use super::surface::Interaction;
+use crate::image::luminance;
 
 /// How many lights, and of what kind.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +45,8 @@ pub struct VplOptions {
 /// A set of virtual point lights, sorted so that neighbours in the list are neighbours in space:
 /// first those with a position, then those at infinity.
 #[derive(Clone, Debug, Default)]
-pub struct VirtualLights {
-    lights: Vec<VirtualLight>,
+pub struct VirtualLights<'a> {
+    lights: Vec<VirtualLight<'a>>,
     /// Number of lights with a position.
     finite: usize,
     /// Paths that were started.
@@ -54,35 +55,37 @@ pub struct VirtualLights {
     pub dropped: usize,
     /// Scene units.
     pub clamp_distance: f32,
+    /// Area of a disk that covers the scene.
+    disk: f32,
 }
 
 /// One light.
 #[derive(Clone, Copy, Debug)]
-struct VirtualLight {
+struct VirtualLight<'a> {
     /// Of a light at infinity: unused.
     position: Vec3,
     /// `position` moved off its surface.
     end: Vec3,
     /// Geometric normal on the side that shines; of a light at infinity: the direction towards it.
     normal: Vec3,
-    emission: Emission,
+    emission: Emission<'a>,
 }
 
 /// What a light sends out.
 #[derive(Clone, Copy, Debug)]
-enum Emission {
+enum Emission<'a> {
     /// `intensity` × the cosine to the light's normal, on the sides of both normals.
     Cosine {
         intensity: Vec3,
         shading_normal: Vec3,
     },
     /// Scattering of `power` that arrived along the interaction's view.
-    Glossy { at: Kept, power: Vec3 },
+    Glossy { at: Interaction<'a>, power: Vec3 },
     /// Irradiance of a facing surface.
     Infinity { irradiance: Vec3 },
 }
 
-impl VirtualLights {
+impl VirtualLights<'_> {
     pub fn len(&self) -> usize {
         self.lights.len()
     }
@@ -94,6 +97,20 @@ impl VirtualLights {
     /// Number of lights on surfaces; the rest is at infinity.
     pub fn finite(&self) -> usize {
         self.finite
+    }
+
+    /// A rough measure of what each light can send out, luminance, above 0.
+    pub fn powers(&self) -> Vec<f32> {
+        let power = |light: &VirtualLight| {
+            let value = match light.emission {
+                Emission::Cosine { intensity, .. } => intensity * std::f32::consts::PI,
+                Emission::Glossy { power, .. } => power * 0.5,
+                // On a disk that covers the scene.
+                Emission::Infinity { irradiance } => irradiance * self.disk,
+            };
+            luminance(value.into()).max(f32::MIN_POSITIVE)
+        };
+        self.lights.iter().map(power).collect()
     }
 
     pub fn bytes(&self) -> usize {

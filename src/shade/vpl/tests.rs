@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec3, Vec3};
 
-use super::{Connector, Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};
+use super::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};
 use crate::sample::Rng;
 use crate::scene::{
     Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, MicrofacetDistribution,
@@ -93,15 +93,11 @@ fn summed(scene: &Scene, rays: &[Ray], (count, seeds): (usize, u64)) -> Vec<[f64
     let mut found = vec![Vec::new(); rays.len()];
     for seed in 0..seeds {
         let lights = VirtualLights::new(&paths, &options(count, seed, 0.0), &counter);
-        let connector = Connector {
-            lights: &lights,
-            surfaces: paths.surfaces(),
-        };
         for (ray, found) in rays.iter().zip(&mut found) {
             let hit = caster.closest(ray).expect("a surface");
             let at = paths.surfaces().interact(&hit, ray.direction);
             let to = Receiver::new(at, scene.diagonal);
-            let (sum, non_finite) = connector.sum(&caster, &to, &mut Gathering::default());
+            let (sum, non_finite) = lights.sum(&caster, &to, &mut Gathering::default());
             assert_eq!(non_finite, 0);
             found.push(f64::from(sum.dot(Vec3::new(0.5, 0.3, 0.2))));
         }
@@ -131,9 +127,14 @@ fn traced(scene: &Scene, rays: &[Ray], samples: u64) -> Vec<[f64; 2]> {
 /// Rays from the middle of the room: to the floor, a wall, the ball and the lit back.
 fn rays() -> Vec<Ray> {
     let eye = Vec3::new(0.0, 0.1, 0.7);
-    [[-0.4, -1.0, 0.2], [-1.0, -0.2, 0.1], [0.25, -0.35, 0.1], [0.1, 0.2, -1.0]]
-        .map(|target| Ray::new(eye, (Vec3::from(target) - eye).normalize()))
-        .to_vec()
+    [
+        [-0.4, -1.0, 0.2],
+        [-1.0, -0.2, 0.1],
+        [0.25, -0.35, 0.1],
+        [0.1, 0.2, -1.0],
+    ]
+    .map(|target| Ray::new(eye, (Vec3::from(target) - eye).normalize()))
+    .to_vec()
 }
 
 fn assert_agreement(name: &str, scene: &SceneDescription, sets: (usize, u64)) {
@@ -145,7 +146,10 @@ fn assert_agreement(name: &str, scene: &SceneDescription, sets: (usize, u64)) {
         let difference = ours[0] - truth[0];
         // Within noise that is small against the value.
         assert!(sigma < 0.03 * truth[0], "{name} {i}: {ours:?} {truth:?}");
-        assert!(difference.abs() < 4.0 * sigma, "{name} {i}: {ours:?} {truth:?}");
+        assert!(
+            difference.abs() < 4.0 * sigma,
+            "{name} {i}: {ours:?} {truth:?}"
+        );
     }
 }
 
@@ -197,11 +201,17 @@ fn the_sum_converges_to_the_path_tracer_under_a_sky_and_a_sun() {
         .iter()
         .map(|ray| Ray::new(ray.origin - scene.origin.as_vec3(), ray.direction))
         .collect();
-    let (ours, truth) = (summed(&scene, &moved, (1500, 40)), traced(&scene, &moved, 20_000));
+    let (ours, truth) = (
+        summed(&scene, &moved, (1500, 40)),
+        traced(&scene, &moved, 20_000),
+    );
     for (ours, truth) in ours.iter().zip(&truth) {
         let sigma = (ours[1] + truth[1]).sqrt();
         assert!(sigma < 0.03 * truth[0], "{ours:?} {truth:?}");
-        assert!((ours[0] - truth[0]).abs() < 4.0 * sigma, "{ours:?} {truth:?}");
+        assert!(
+            (ours[0] - truth[0]).abs() < 4.0 * sigma,
+            "{ours:?} {truth:?}"
+        );
     }
 }
 
@@ -226,11 +236,7 @@ fn a_closed_glowing_box_sums_a_geometric_series() {
     for seed in 0..30 {
         let lights = VirtualLights::new(&paths, &options(4000, seed, 0.0), &counter);
         assert!((3400..4600).contains(&lights.len()), "{}", lights.len());
-        let connector = Connector {
-            lights: &lights,
-            surfaces: paths.surfaces(),
-        };
-        let (sum, _) = connector.sum(&caster, &to, &mut Gathering::default());
+        let (sum, _) = lights.sum(&caster, &to, &mut Gathering::default());
         (0..3).for_each(|c| channels[c].push(f64::from(sum[c])));
     }
     for (values, albedo) in channels.iter().zip(albedo) {
@@ -238,21 +244,24 @@ fn a_closed_glowing_box_sums_a_geometric_series() {
         let [mean, variance] = moments(values);
         let sigma = variance.sqrt();
         assert!(sigma < 0.02 * expected, "{mean} ± {sigma}");
-        assert!((mean - expected).abs() < 4.0 * sigma, "{mean} ± {sigma}, {expected}");
+        assert!(
+            (mean - expected).abs() < 4.0 * sigma,
+            "{mean} ± {sigma}, {expected}"
+        );
     }
 }
 
 /// The set of a scene, and the room's floor as a receiver, for what needs no truth.
-fn with_set(scene: &SceneDescription, seed: u64, check: impl FnOnce(&Connector, &Receiver, &Ray)) {
+fn with_set(
+    scene: &SceneDescription,
+    seed: u64,
+    check: impl FnOnce(&VirtualLights, &Receiver, &Ray),
+) {
     let scene = Scene::build(scene, Needs::ALL).expect("scene");
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
     let paths = PathTracer::new(&scene, &tracer);
     let counter = RayCounter::default();
     let lights = VirtualLights::new(&paths, &options(800, seed, 0.01), &counter);
-    let connector = Connector {
-        lights: &lights,
-        surfaces: paths.surfaces(),
-    };
     let caster = tracer.caster(&counter);
     let ray = rays()[0];
     let at = paths
@@ -261,27 +270,30 @@ fn with_set(scene: &SceneDescription, seed: u64, check: impl FnOnce(&Connector, 
     let to = Receiver::new(at, scene.diagonal);
     let mut visible = vec![None; lights.len()];
     let mut note = |i: usize, _, seen| visible[i] = Some(seen);
-    connector.each(&caster, &to, (&mut Gathering::default(), &mut note));
+    lights.each(&caster, &to, (&mut Gathering::default(), &mut note));
     for (i, seen) in visible.iter().enumerate() {
-        let single = !caster.occluded(&connector.shadow_ray(&to, i));
-        assert!(seen.is_none_or(|seen| seen == single), "light {i}: bundle and ray differ");
-        assert_eq!(seen.is_none(), connector.unoccluded(&to, i) == Vec3::ZERO);
+        let single = !caster.occluded(&lights.shadow_ray(&to, i));
+        assert!(
+            seen.is_none_or(|seen| seen == single),
+            "light {i}: bundle and ray differ"
+        );
+        assert_eq!(seen.is_none(), lights.unoccluded(&to, i) == Vec3::ZERO);
     }
-    check(&connector, &to, &ray);
+    check(lights, &to, &ray);
 }
 
 #[test]
 fn dark_and_black_scenes_have_few_lights_or_none() {
     let mut scene = room(plain("wall", [0.0; 3]), plain("ball", [0.0; 3]));
-    with_set(&scene, 1, |connector, _, _| {
+    with_set(&scene, 1, |lights, _, _| {
         let direct = |l: &super::VirtualLight| l.position.y > 0.85;
-        assert!(!connector.lights.is_empty());
-        assert!(connector.lights.lights.iter().all(direct));
+        assert!(!lights.is_empty());
+        assert!(lights.lights.iter().all(direct));
     });
     scene.shapes[2].emission = None;
-    with_set(&scene, 1, |connector, _, _| assert!(connector.lights.is_empty()));
+    with_set(&scene, 1, |lights, _, _| assert!(lights.is_empty()));
     scene.shapes[2].emission = Some([f32::NAN, 1.0, 1.0]);
-    with_set(&scene, 1, |connector, _, _| assert!(connector.lights.is_empty()));
+    with_set(&scene, 1, |lights, _, _| assert!(lights.is_empty()));
 }
 
 #[test]
@@ -289,8 +301,8 @@ fn sets_depend_on_the_seed_alone() {
     let scene = room(plain("wall", [0.5; 3]), coated(0.2));
     let positions = |seed| {
         let mut found = Vec::new();
-        with_set(&scene, seed, |connector, _, _| {
-            found = connector.lights.lights.iter().map(|l| l.position).collect();
+        with_set(&scene, seed, |lights, _, _| {
+            found = lights.lights.iter().map(|l| l.position).collect();
         });
         found
     };
@@ -306,7 +318,7 @@ fn bounds_hold_for_diffuse_points_of_the_neighbourhood() {
         radius: 0.1,
         turn: [turn.cos(), turn.sin()],
     };
-    with_set(&scene, 2, |connector, to, _| {
+    with_set(&scene, 2, |lights, to, _| {
         let mut rng = Rng::new(1, 0, 0, 0);
         let mut tight = 0;
         for _ in 0..50 {
@@ -314,32 +326,35 @@ fn bounds_hold_for_diffuse_points_of_the_neighbourhood() {
             let mut other = *to;
             other.at.position.x += (rng.next_f32() - 0.5) * 0.14;
             other.at.position.z += (rng.next_f32() - 0.5) * 0.14;
-            for i in 0..connector.lights.len() {
-                let bound = connector.bounded(to, i, &near);
-                let value = connector.unoccluded(&other, i);
-                assert!(value.cmple(bound * 1.0001).all(), "light {i}: {value} > {bound}");
+            for i in 0..lights.len() {
+                let bound = lights.bounded(to, i, &near);
+                let value = lights.unoccluded(&other, i);
+                assert!(
+                    value.cmple(bound * 1.0001).all(),
+                    "light {i}: {value} > {bound}"
+                );
                 tight += usize::from(bound.x < 4.0 * value.x);
             }
         }
-        assert!(tight > 5 * connector.lights.len(), "bounds say nothing: {tight}");
+        assert!(tight > 5 * lights.len(), "bounds say nothing: {tight}");
     });
 }
 
 #[test]
 fn a_light_at_the_point_itself_stays_finite() {
     let scene = room(plain("wall", [0.7, 0.5, 0.3]), plain("ball", [0.6; 3]));
-    with_set(&scene, 2, |connector, to, _| {
-        for (i, light) in connector.lights.lights.iter().enumerate().step_by(7) {
+    with_set(&scene, 2, |lights, to, _| {
+        for (i, light) in lights.lights.iter().enumerate().step_by(7) {
             let mut here = *to;
             here.at.position = light.position;
-            assert_eq!(connector.unoccluded(&here, i), Vec3::ZERO);
+            assert_eq!(lights.unoccluded(&here, i), Vec3::ZERO);
             here.at.position += light.normal * 1e-7;
             let near = Neighbourhood {
                 radius: 0.0,
                 turn: [1.0, 0.0],
             };
-            let most = connector.lights.clamp_distance.powi(-2) * 100.0;
-            for value in [connector.unoccluded(&here, i), connector.bounded(&here, i, &near)] {
+            let most = lights.clamp_distance.powi(-2) * 100.0;
+            for value in [lights.unoccluded(&here, i), lights.bounded(&here, i, &near)] {
                 assert!(value.is_finite() && value.max_element() < most, "{value}");
             }
         }

@@ -253,7 +253,10 @@ mod tests {
         }
         for (i, &count) in counts.iter().enumerate() {
             let expected = f64::from(record.probability(1, i)) * 80_000.0;
-            assert!((f64::from(count) - expected).abs() <= 5.0 * expected.sqrt(), "{i}");
+            assert!(
+                (f64::from(count) - expected).abs() <= 5.0 * expected.sqrt(),
+                "{i}"
+            );
         }
         let total: f32 = (0..200).map(|i| record.probability(1, i)).sum();
         assert!((total - 1.0).abs() < 1e-6);
@@ -270,7 +273,10 @@ mod tests {
         let record = table.record(0);
         assert!(record.is_empty(0) && !record.is_empty(1) && !record.is_empty(2));
         assert_eq!(record.probability(0, 2), 0.0);
-        assert_eq!((record.probability(1, 0), record.probability(1, 4)), (0.0, 1.0));
+        assert_eq!(
+            (record.probability(1, 0), record.probability(1, 4)),
+            (0.0, 1.0)
+        );
         assert!((record.probability(2, 3) - 0.75).abs() < 1e-3);
     }
 

@@ -150,7 +150,9 @@ mod tests {
     fn table(contribution: &[f32]) -> Distributions {
         let zero = [0.0f32; LIGHTS];
         let one_light: Vec<f32> = (0..LIGHTS).map(|i| f32::from(u8::from(i == 7))).collect();
-        let shifted: Vec<f32> = (0..LIGHTS).map(|i| contribution[(i + 5) % LIGHTS]).collect();
+        let shifted: Vec<f32> = (0..LIGHTS)
+            .map(|i| contribution[(i + 5) % LIGHTS])
+            .collect();
         let rows: [[&[f32]; STORED]; 5] = [
             [&zero, contribution, contribution],
             [&zero, &zero, &zero],
@@ -245,6 +247,9 @@ mod tests {
             alpha: [1.0; KINDS],
         };
         let mut rng = Rng::new(1, 1, 1, 1);
-        assert_eq!(rule.choose(&table, &[0, 1], &mut rng), [Choice::default(); KINDS]);
+        assert_eq!(
+            rule.choose(&table, &[0, 1], &mut rng),
+            [Choice::default(); KINDS]
+        );
     }
 }
