@@ -11,7 +11,7 @@ use super::overrides::Override;
 use super::scene_key;
 use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{SceneDescription, find_scene};
-use crate::technique::Method;
+use crate::technique::{Method, Technique};
 
 /// Changes whenever the same job would give another result, so that older results are not reused.
 const FORMAT: u32 = 1;
@@ -79,10 +79,20 @@ impl Job {
         pixels * u64::from(self.spp) * (1 + self.rays_per_evaluation())
     }
 
+    /// Bytes its records will take.
+    pub fn estimated_bytes(&self) -> u64 {
+        let technique = self.built_technique();
+        self.caches * technique.map_or(0, |t| t.bytes_per_record())
+    }
+
     fn rays_per_evaluation(&self) -> u64 {
-        registry::technique(&self.technique)
-            .and_then(|entry| (entry.build)(&self.technique_parameters).ok())
-            .map_or(0, |technique| technique.rays_per_evaluation())
+        let technique = self.built_technique();
+        technique.map_or(0, |t| t.rays_per_evaluation())
+    }
+
+    fn built_technique(&self) -> Option<Box<dyn Technique>> {
+        let entry = registry::technique(&self.technique)?;
+        (entry.build)(&self.technique_parameters).ok()
     }
 }
 

@@ -279,7 +279,7 @@ fn with_set(
         );
         assert_eq!(seen.is_none(), lights.unoccluded(&to, i) == Vec3::ZERO);
     }
-    check(lights, &to, &ray);
+    check(&lights, &to, &ray);
 }
 
 #[test]

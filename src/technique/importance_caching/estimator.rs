@@ -120,13 +120,38 @@ impl Rule {
             };
             let densities = near.densities(light);
             choice.light = light as u32;
-            choice.factor = match self.heuristic {
-                Heuristic::Balance => 1.0 / densities.iter().sum::<f32>(),
-                Heuristic::AlphaMax if self.winner(&densities) == kind => 1.0 / densities[kind],
-                Heuristic::AlphaMax => 0.0,
-            };
+            choice.factor = self.factor(kind, &densities);
         }
         choices
+    }
+
+    /// Mean and variance of the estimate for given contributions, by going through all lights.
+    #[cfg(test)]
+    pub fn moments(&self, table: &Distributions, records: &[u32], values: &[f32]) -> [f64; 2] {
+        let near = Near::new(table, records);
+        let mut sums = [[0.0f64; 2]; KINDS];
+        for (light, &value) in values.iter().enumerate() {
+            let densities = near.densities(light);
+            for (kind, sums) in sums.iter_mut().enumerate() {
+                if densities[kind] > 0.0 {
+                    let term = f64::from(self.factor(kind, &densities)) * f64::from(value);
+                    sums[0] += f64::from(densities[kind]) * term;
+                    sums[1] += f64::from(densities[kind]) * term * term;
+                }
+            }
+        }
+        let mean: f64 = sums.iter().map(|s| s[0]).sum();
+        let variance = sums.iter().map(|s| s[1] - s[0] * s[0]);
+        [mean, variance.sum::<f64>().max(0.0)]
+    }
+
+    /// Weight over density of a light that was drawn by a kind.
+    fn factor(&self, kind: usize, densities: &[f32; KINDS]) -> f32 {
+        match self.heuristic {
+            Heuristic::Balance => 1.0 / densities.iter().sum::<f32>(),
+            Heuristic::AlphaMax if self.winner(densities) == kind => 1.0 / densities[kind],
+            Heuristic::AlphaMax => 0.0,
+        }
     }
 
     fn winner(&self, densities: &[f32; KINDS]) -> usize {

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use self::distributions::Distributions;
 use self::estimator::{Heuristic, KINDS, Rule};
+use self::records::ImportanceRecords;
 use super::cached::{self, CachedTechnique};
 use super::{CachedFunction, Contender, Frame, Lookup, Rendered, ShadingFunction, Technique};
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
@@ -154,6 +155,16 @@ impl ImportanceCaching {
         Ok(Self { parameters })
     }
 
+    /// No records yet, of a frame.
+    fn records<'a>(&self, frame: &'a Frame<'a>, seed: u64) -> ImportanceRecords<'a> {
+        let rule = Rule {
+            heuristic: self.parameters.heuristic,
+            alpha: self.parameters.alpha,
+        };
+        let run_time = (rule, self.parameters.lookup);
+        ImportanceRecords::new(frame, self.lights(frame), run_time, seed)
+    }
+
     /// The lights of a frame: a function of the scene and the technique's own seed.
     fn lights<'a>(&self, frame: &'a Frame<'a>) -> VirtualLights<'a> {
         let options = VplOptions {
@@ -219,14 +230,7 @@ impl CachedTechnique for ImportanceCaching {
         frame: &'a Frame<'a>,
         seed: u64,
     ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
-        let rule = Rule {
-            heuristic: self.parameters.heuristic,
-            alpha: self.parameters.alpha,
-        };
-        let lookup = self.parameters.lookup;
-        let lights = self.lights(frame);
-        let records = records::ImportanceRecords::new(frame, lights, (rule, lookup), seed);
-        (Box::new(records), lookup)
+        (Box::new(self.records(frame, seed)), self.parameters.lookup)
     }
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {

@@ -18,12 +18,12 @@ const STREAM: u64 = 0x696d_6361_6368;
 /// The records of one job.
 pub struct ImportanceRecords<'a> {
     frame: &'a Frame<'a>,
-    lights: VirtualLights<'a>,
-    table: Distributions,
-    rule: Rule,
+    pub(super) lights: VirtualLights<'a>,
+    pub(super) table: Distributions,
+    pub(super) rule: Rule,
     lookup: Lookup,
     seed: u64,
-    positions: Vec<Vec3>,
+    pub(super) positions: Vec<Vec3>,
     normals: Vec<Vec3>,
 }
 
