@@ -8,6 +8,7 @@ pub mod ambient_occlusion;
 pub mod cached;
 mod distribution;
 mod frame;
+pub mod irradiance_caching;
 mod method;
 mod per_sample;
 pub mod truth;
@@ -43,6 +44,11 @@ pub trait Technique: Send + Sync {
 
     /// Rays traced for one evaluation of the function, for cost estimates.
     fn rays_per_evaluation(&self) -> u64;
+
+    /// Rays of one sample of the reference, for cost estimates.
+    fn rays_per_reference_sample(&self) -> u64 {
+        1 + self.rays_per_evaluation()
+    }
 
     /// Renders one contender.
     ///
