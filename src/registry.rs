@@ -1,11 +1,15 @@
 //! The one table of methods.
 
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
-use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, importance_caching, truth};
+use crate::technique::irradiance_caching::on_demand;
+use crate::technique::{
+    Method, PER_SAMPLE, Technique, ambient_occlusion, importance_caching, irradiance_caching, truth,
+};
 
 /// All techniques.
 pub const TECHNIQUES: &[TechniqueEntry] = &[
     ambient_occlusion::ENTRY,
+    irradiance_caching::ENTRY,
     importance_caching::ENTRY,
     truth::DIRECT,
     truth::PATH_TRACING,
@@ -18,7 +22,14 @@ pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY]
 pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
 
 /// Methods that are no distributions.
-pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE];
+pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE, on_demand::ENTRY];
+
+/// The method of a technique that is no distribution, by its id or alias, in any case.
+pub fn other_method(technique: &str, id: &str) -> Option<&'static MethodEntry> {
+    OTHER_METHODS
+        .iter()
+        .find(|e| e.about.answers_to(id) && e.techniques.contains(&technique))
+}
 
 /// The technique with this id or alias, in any case.
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
@@ -104,9 +115,12 @@ pub struct RefinementEntry {
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
 }
 
-/// A method that is neither: it is built where it runs.
+/// A method that is no distribution.
 pub struct MethodEntry {
     pub about: About,
+    /// Ids of the techniques it is a contender of.
+    pub techniques: &'static [&'static str],
+    pub build: fn(&toml::Table) -> Result<Method, ParameterError>,
 }
 
 /// Refuses parameters that none of the entries declares.

@@ -73,21 +73,24 @@ impl Job {
         pixels * (1 + u64::from(self.spp)) + self.caches * self.rays_per_evaluation()
     }
 
+    fn rays_per_evaluation(&self) -> u64 {
+        self.built_technique()
+            .map_or(0, |technique| technique.rays_per_evaluation())
+    }
+
     /// Rays of its reference.
     pub fn reference_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
-        pixels * u64::from(self.spp) * (1 + self.rays_per_evaluation())
+        self.built_technique().map_or(0, |technique| {
+            let samples = u64::from(technique.reference_samples(self.spp));
+            pixels * samples * technique.rays_per_reference_sample()
+        })
     }
 
     /// Bytes its records will take.
     pub fn estimated_bytes(&self) -> u64 {
         let technique = self.built_technique();
         self.caches * technique.map_or(0, |t| t.bytes_per_record())
-    }
-
-    fn rays_per_evaluation(&self) -> u64 {
-        let technique = self.built_technique();
-        technique.map_or(0, |t| t.rays_per_evaluation())
     }
 
     fn built_technique(&self) -> Option<Box<dyn Technique>> {

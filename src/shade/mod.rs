@@ -11,6 +11,6 @@ mod vpl;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{Emitted, LightSample, Lights, Source};
-pub use path::{DIRECT_LIGHTING, PathTracer};
+pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};
 pub use vpl::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};

@@ -267,6 +267,11 @@ impl Interaction<'_> {
         }
     }
 
+    /// See [`LocalBsdf::directional_albedo`].
+    pub fn directional_albedo(&self) -> Vec3 {
+        self.bsdf.directional_albedo(self.local_view)
+    }
+
     /// A world direction by importance; `None` absorbs the path.
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         let mut sample = self.bsdf.sample(self.local_view, u)?;

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use toml::Table;
 
 use super::Distribution;
+use super::irradiance_caching::on_demand::{self, OnDemand};
 use crate::registry::{
     self, About, Bias, Contenders, MethodEntry, Parameter, ParameterError, TechniqueEntry,
 };
@@ -14,6 +15,8 @@ pub enum Method {
     Distribution(Distribution),
     /// The function itself, estimated at every sample.
     PerSample(PerSample),
+    /// The classic irradiance cache.
+    OnDemand(OnDemand),
 }
 
 impl Method {
@@ -26,15 +29,15 @@ impl Method {
         id: &str,
         parameters: &Table,
     ) -> Result<Self, ParameterError> {
+        if let Some(other) = registry::other_method(technique.about.id, id) {
+            registry::check_keys(parameters, &[&other.about])?;
+            return (other.build)(parameters);
+        }
         match technique.contenders {
             Contenders::None => Err(ParameterError {
                 key: Some("id".into()),
                 message: format!("{} has one method only: reference", technique.about.id),
             }),
-            Contenders::Distributions if PER_SAMPLE.about.answers_to(id) => {
-                registry::check_keys(parameters, &[&PER_SAMPLE.about])?;
-                Ok(Self::PerSample(registry::parameters(parameters)?))
-            }
             Contenders::Distributions => Ok(Self::Distribution(Distribution::new(id, parameters)?)),
         }
     }
@@ -44,6 +47,7 @@ impl Method {
         match self {
             Self::Distribution(distribution) => &distribution.id,
             Self::PerSample(_) => PER_SAMPLE.about.id,
+            Self::OnDemand(_) => on_demand::ENTRY.about.id,
         }
     }
 
@@ -51,7 +55,7 @@ impl Method {
     pub fn needs_reference(&self) -> bool {
         match self {
             Self::Distribution(distribution) => !distribution.first.candidates().is_empty(),
-            Self::PerSample(_) => false,
+            Self::PerSample(_) | Self::OnDemand(_) => false,
         }
     }
 }
@@ -73,7 +77,8 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
         summary: "no records: the function itself, estimated at every camera sample with as many \
                   rays as the records would take",
         source: "the outside contender of cached techniques: path tracing for irradiance, random \
-                 occlusion rays for ambient occlusion",
+                 occlusion rays for ambient occlusion, one virtual light by its power for \
+                 importance",
         bias: Bias::Unbiased,
         failures: &["noise falls with the square root of the rays only"],
         parameters: &[Parameter {
@@ -84,4 +89,10 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                       reach those of evaluating the budget's records, measured on 64 of them",
         }],
     },
+    techniques: &[
+        "ambient-occlusion",
+        "irradiance-caching",
+        "importance-caching",
+    ],
+    build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
 };

@@ -208,10 +208,7 @@ impl Technique for ImportanceCaching {
     }
 
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        let mut rendered = cached::render(self, frame, contender)?;
-        let background = || exact::add_background(frame, &mut rendered.image);
-        rendered.stages.time("rendering", background);
-        Ok(rendered)
+        cached::render(self, frame, contender)
     }
 
     fn replay(
@@ -235,5 +232,9 @@ impl CachedTechnique for ImportanceCaching {
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
         Box::new(exact::OneLight::new(frame, self.lights(frame), seed))
+    }
+
+    fn finish(&self, frame: &Frame, rendered: &mut Rendered) {
+        exact::add_background(frame, &mut rendered.image);
     }
 }
