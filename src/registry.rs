@@ -3,13 +3,14 @@
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::irradiance_caching::on_demand;
 use crate::technique::{
-    Method, PER_SAMPLE, Technique, ambient_occlusion, irradiance_caching, truth,
+    Method, PER_SAMPLE, Technique, ambient_occlusion, importance_caching, irradiance_caching, truth,
 };
 
 /// All techniques.
 pub const TECHNIQUES: &[TechniqueEntry] = &[
     ambient_occlusion::ENTRY,
     irradiance_caching::ENTRY,
+    importance_caching::ENTRY,
     truth::DIRECT,
     truth::PATH_TRACING,
 ];

@@ -114,12 +114,22 @@ impl Filter {
 pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
     for planned in planned(&args.selection)? {
         if args.json {
-            println!("{}", serde_json::to_string_pretty(&planned.plan)?);
+            let mut plan = serde_json::to_value(&planned.plan)?;
+            plan["estimates"] = serde_json::json!({
+                "record_bytes_peak": record_bytes_peak(&planned),
+            });
+            println!("{plan:#}");
         } else {
             print(&planned);
         }
     }
     Ok(exit::OK)
+}
+
+/// Bytes of the records of the job that has most; jobs run one after the other.
+fn record_bytes_peak(planned: &Planned) -> u64 {
+    let jobs = planned.plan.jobs.iter();
+    jobs.map(|job| job.estimated_bytes()).max().unwrap_or(0)
 }
 
 /// One line a job, then the sum.
@@ -161,5 +171,9 @@ pub fn print(planned: &Planned) {
         planned.plan.jobs.len(),
         rays as f64 / 1e6,
         references.len()
+    );
+    println!(
+        "records take up to {:.1} MiB in a job",
+        record_bytes_peak(planned) as f64 / (1 << 20) as f64
     );
 }

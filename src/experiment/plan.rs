@@ -87,6 +87,12 @@ impl Job {
         })
     }
 
+    /// Bytes its records will take.
+    pub fn estimated_bytes(&self) -> u64 {
+        let technique = self.built_technique();
+        self.caches * technique.map_or(0, |t| t.bytes_per_record())
+    }
+
     fn built_technique(&self) -> Option<Box<dyn Technique>> {
         let entry = registry::technique(&self.technique)?;
         (entry.build)(&self.technique_parameters).ok()

@@ -115,6 +115,17 @@ impl<'a> Frame<'a> {
     /// transmission depend on pixel and sample alone, so that all contenders and the reference see
     /// the same.
     pub fn look(&self, caster: &Caster, pixel: u32, sample: u32) -> Option<Seen> {
+        self.walk(caster, pixel, sample).ok()
+    }
+
+    /// Direction and specular throughput of a camera sample that leaves the scene; `None` if it sees
+    /// a surface or is absorbed.
+    pub fn escape(&self, caster: &Caster, pixel: u32, sample: u32) -> Option<(Vec3, Vec3)> {
+        self.walk(caster, pixel, sample).err().flatten()
+    }
+
+    /// What a camera sample sees, or how it leaves the scene, unless it is absorbed.
+    fn walk(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Option<(Vec3, Vec3)>> {
         let mut ray = self.camera_ray(pixel, sample);
         let mut seen = Seen {
             site: Site::default(),
@@ -127,24 +138,26 @@ impl<'a> Frame<'a> {
         };
         let mut rng = Rng::new(0, SPECULAR_STREAM, u64::from(pixel), u64::from(sample));
         for _ in 0..=MOST_SPECULAR {
-            let hit = caster.closest(&ray)?;
+            let Some(hit) = caster.closest(&ray) else {
+                return Err(Some((ray.direction, seen.throughput)));
+            };
             seen.depth += hit.t;
             if self.specular {
                 let at = self.paths.surfaces().interact(&hit, ray.direction);
                 let u = rng.next_f32();
                 if at.bsdf.is_delta() || u >= at.bsdf.opacity {
-                    let through = at.sample([u, 0.0, 0.0])?;
+                    let through = at.sample([u, 0.0, 0.0]).ok_or(None)?;
                     seen.throughput *= through.weight;
                     ray = self.paths.lights().spawn(&at, through.direction);
                     continue;
                 }
             }
-            seen.site = self.site_at(&ray, &hit)?;
+            seen.site = self.site_at(&ray, &hit).ok_or(None)?;
             seen.hit = hit;
             seen.direction = ray.direction;
-            return Some(seen);
+            return Ok(seen);
         }
-        None
+        Err(None)
     }
 
     fn site_at(&self, ray: &Ray, hit: &Hit) -> Option<Site> {

@@ -88,6 +88,10 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                       reach those of evaluating the budget's records, measured on 64 of them",
         }],
     },
-    techniques: &["ambient-occlusion", "irradiance-caching"],
+    techniques: &[
+        "ambient-occlusion",
+        "irradiance-caching",
+        "importance-caching",
+    ],
     build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
 };

@@ -231,6 +231,11 @@ impl Technique for IrradianceCaching {
         6
     }
 
+    fn bytes_per_record(&self) -> u64 {
+        // Irradiance and normal, and a half float a direction.
+        24 + 2 * self.directions.len() as u64
+    }
+
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
         if let Method::OnDemand(method) = contender.method {
             let gathering = (method, Self::depths(frame), self.directions.len());
