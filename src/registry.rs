@@ -1,5 +1,8 @@
 //! The one table of methods.
 
+use crate::environment::{
+    EnvironmentSampler, decomposition, kollig_keller, median_cut, mis, variance_minimization,
+};
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::{Technique, ambient_occlusion, truth};
 
@@ -12,6 +15,23 @@ pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY]
 
 /// All refinements of placement.
 pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
+
+/// All samplers of environment maps.
+pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
+    mis::ENTRY,
+    median_cut::ENTRY,
+    variance_minimization::ENTRY,
+    kollig_keller::ENTRY,
+    decomposition::FULL_RESOLUTION,
+    decomposition::ENTRY,
+];
+
+/// The sampler of environment maps with this id or alias, in any case.
+pub fn environment_sampler(id: &str) -> Option<&'static SamplerEntry> {
+    ENVIRONMENT_SAMPLERS
+        .iter()
+        .find(|entry| entry.about.answers_to(id))
+}
 
 /// The technique with this id or alias, in any case.
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
@@ -95,6 +115,12 @@ pub struct FirstStageEntry {
 pub struct RefinementEntry {
     pub about: About,
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
+}
+
+/// A sampler of environment maps.
+pub struct SamplerEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<EnvironmentSampler, ParameterError>,
 }
 
 /// Deserializes a parameter struct, naming the key at fault.

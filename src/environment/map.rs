@@ -220,15 +220,29 @@ impl Environment {
         self.pixels[y * self.width + x]
     }
 
-    /// World direction of the centre of a texel.
-    pub fn texel_direction(&self, x: usize, y: usize) -> Vec3 {
-        let v = match self.rows {
+    /// All texels, row-major from the top.
+    pub(super) fn pixels(&self) -> &[[f32; 3]] {
+        &self.pixels
+    }
+
+    /// Carries directions of the map to the world; orthogonal.
+    pub(super) fn to_world(&self) -> Mat3 {
+        self.to_world
+    }
+
+    /// Polar angle θ of the centre of row `y`.
+    pub(super) fn row_angle_rad(&self, y: usize) -> f64 {
+        PI * match self.rows {
             EnvironmentRows::CellCentred => (y as f64 + 0.5) / self.height as f64,
             EnvironmentRows::PoleCentred if self.height == 1 => 0.5,
             EnvironmentRows::PoleCentred => y as f64 / (self.height - 1) as f64,
-        };
+        }
+    }
+
+    /// World direction of the centre of a texel.
+    pub fn texel_direction(&self, x: usize, y: usize) -> Vec3 {
         let u = (x as f64 + 0.5) / self.width as f64;
-        self.direction(u, (PI * v).cos())
+        self.direction(u, self.row_angle_rad(y).cos())
     }
 
     /// Exact solid angle of each texel of row `y`; all texels together cover 4π.

@@ -1,11 +1,44 @@
-//! Light from infinity: maps, skies and (later) their samplers.
+//! Light from infinity: maps, skies and their samplers.
+//!
+//! A [`LightSampler`] turns a map into a [`LightSet`] once, for all shading points; [`mis::Mis`]
+//! draws directions anew at every point. Samplers work in the map's own space and turn the finished
+//! set, so that rotating a map rotates its lights.
 
+mod blocks;
+pub mod decomposition;
+mod directs;
+mod emissive;
+mod indirects;
+pub mod kollig_keller;
+mod leaves;
+mod light;
 mod map;
+pub mod median_cut;
+pub mod mis;
+mod regions;
+mod relaxation;
+mod rings;
 mod sky;
 mod table;
+mod texels;
+pub mod variance_minimization;
 
+pub use light::{Light, LightKind, LightSampler, LightSet};
 pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};
 pub use sky::{SunSky, sun_sky_image};
+
+/// A contender of environment lighting.
+pub enum EnvironmentSampler {
+    /// One set of lights for all shading points.
+    Lights(Box<dyn LightSampler>),
+    /// Directions drawn at every shading point.
+    PerPoint(mis::Mis),
+}
+
+/// The parameters of a sampler without any.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoParameters {}
 
 use std::path::PathBuf;
 
