@@ -36,6 +36,8 @@ pub enum Verb {
     Compare(CompareArgs),
     /// Write the record positions of one distribution
     Caches(CachesArgs),
+    /// The lights that a sampler makes of an environment map
+    Lights(LightsArgs),
     /// Look at scenes
     #[command(subcommand)]
     Scene(SceneVerb),
@@ -187,6 +189,32 @@ pub struct CachesArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct LightsArgs {
+    /// An embedded map, NAME on LIGHTBENCH_SCENES, or an .hdr or .exr file
+    pub map: String,
+    /// A sampler of environment maps
+    #[arg(long, default_value = "decomposition")]
+    pub method: String,
+    /// Number of lights
+    #[arg(long, default_value_t = 32)]
+    pub budget: usize,
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Draw them on the tone-mapped map, in a PNG file
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Worker threads; default: all
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// A parameter of the method
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
+}
+
+#[derive(Debug, Args)]
 pub struct CompareArgs {
     pub reference: PathBuf,
     pub test: PathBuf,
@@ -251,7 +279,7 @@ pub struct ReplayArgs {
 
 #[derive(Debug, Args)]
 pub struct ListArgs {
-    /// techniques, distributions, refinements, scenes or generators; default: all
+    /// techniques, distributions, refinements, samplers, scenes or maps; default: all
     pub kind: Option<String>,
 }
 

@@ -2,17 +2,30 @@
 
 use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
-use crate::registry::{About, Bias, FIRST_STAGES, REFINEMENTS, TECHNIQUES};
+use crate::environment::embedded_maps;
+use crate::registry::{About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, REFINEMENTS, TECHNIQUES};
 use crate::scene::{find_scene, shipped_scenes};
 
-const KINDS: [&str; 4] = ["techniques", "distributions", "refinements", "scenes"];
+const KINDS: [&str; 6] = [
+    "techniques",
+    "distributions",
+    "refinements",
+    "samplers",
+    "scenes",
+    "maps",
+];
 
 /// Kind, and every entry of it.
 fn entries() -> Vec<(&'static str, &'static About)> {
     let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
     let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
     let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
-    techniques.chain(first).chain(refinements).collect()
+    let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| ("samplers", &e.about));
+    techniques
+        .chain(first)
+        .chain(refinements)
+        .chain(samplers)
+        .collect()
 }
 
 /// One line an entry.
@@ -33,6 +46,11 @@ pub fn list(args: &ListArgs) -> Result<u8, Failure> {
         println!("{kind}:");
         for (_, about) in entries().iter().filter(|(k, _)| k == kind) {
             println!("  {:<20} {}", about.id, about.summary);
+        }
+        if *kind == "maps" {
+            for (name, summary) in embedded_maps() {
+                println!("  {name:<20} {summary}");
+            }
         }
         if *kind == "scenes" {
             for name in shipped_scenes() {

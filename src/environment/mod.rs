@@ -8,6 +8,7 @@ mod blocks;
 pub mod decomposition;
 mod directs;
 mod emissive;
+mod gallery;
 mod indirects;
 pub mod kollig_keller;
 mod leaves;
@@ -23,6 +24,7 @@ mod table;
 mod texels;
 pub mod variance_minimization;
 
+pub use gallery::{embedded_map, embedded_maps};
 pub use light::{Light, LightKind, LightSampler, LightSet};
 pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};
 pub use sky::{SunSky, sun_sky_image};
@@ -53,6 +55,8 @@ pub enum EnvironmentError {
         "the environment's to_world must be a rotation (mirrored or uniformly scaled at most): {matrix}"
     )]
     NotARotation { matrix: String },
+    #[error("no environment map is called `{name}`")]
+    Unknown { name: String },
     #[error("{message}")]
     Sky { message: String },
 }
