@@ -1,7 +1,7 @@
 //! The one table of methods.
 
 use crate::environment::{
-    EnvironmentSampler, decomposition, kollig_keller, median_cut, mis, variance_minimization,
+    EnvironmentSampler, decomposition, kollig_keller, median_cut, mis, tmms, variance_minimization,
 };
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::{Technique, ambient_occlusion, truth};
@@ -21,6 +21,7 @@ pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
     mis::ENTRY,
     median_cut::ENTRY,
     variance_minimization::ENTRY,
+    tmms::ENTRY,
     kollig_keller::ENTRY,
     decomposition::FULL_RESOLUTION,
     decomposition::ENTRY,

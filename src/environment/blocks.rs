@@ -9,6 +9,8 @@ pub(super) const LARGEST: usize = 512 * 256;
 
 /// Blocks in row-major order; those at the right and bottom may be smaller.
 pub(super) struct Blocks {
+    /// Texels along the side of a block.
+    pub side: usize,
     /// Blocks in a row.
     pub width: usize,
     pub height: usize,
@@ -25,6 +27,7 @@ impl Blocks {
         let width = texels.width().div_ceil(side);
         let height = texels.height().div_ceil(side);
         let mut blocks = Self {
+            side,
             width,
             height,
             sums: vec![Cluster::default(); width * height],

@@ -104,14 +104,14 @@ impl Classification {
     }
 
     /// N of `count` lights for the emissive texels: rounded to nearest, and both parts get a light
-    /// when they have energy and there are two.
+    /// when they have energy. A single light then stands for the whole map: N = 0.
     pub fn split(&self, count: usize, clamp_sr: Option<f64>) -> usize {
         let share = self.direct_share(clamp_sr);
         let wanted = (count as f64 * share).round() as usize;
         match (self.direct.energy > 0.0, self.indirect.energy > 0.0) {
             (false, _) => 0,
             (true, false) => count,
-            (true, true) if count < 2 => wanted,
+            (true, true) if count < 2 => 0,
             (true, true) => wanted.clamp(1, count - 1),
         }
     }
@@ -217,9 +217,9 @@ mod tests {
         assert!((classes.threshold - 6.0).abs() < 1e-5);
         assert_eq!(classes.split(16, None), 0);
 
-        let sun = environment(|x, y| if (x, y) == (20, 9) { 1e5 } else { 1.0 });
+        let sun = environment(|x, y| if (x, y) == (20, 0) { 1e5 } else { 1.0 });
         let classes = Classification::new(&Texels::new(&sun), &RULE);
-        assert_eq!(classes.emissive, [9 * 64 + 20]);
+        assert_eq!(classes.emissive, [20]);
         // γ · L_max = 100 decides.
         assert!((classes.threshold - 100.0).abs() < 1e-3);
         let total = classes.direct.energy + classes.indirect.energy;

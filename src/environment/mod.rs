@@ -14,14 +14,19 @@ pub mod kollig_keller;
 mod leaves;
 mod light;
 mod map;
+mod mean_shift;
 pub mod median_cut;
 pub mod mis;
 mod regions;
 mod relaxation;
 mod rings;
+#[cfg(test)]
+mod sampler_tests;
 mod sky;
+mod strata;
 mod table;
 mod texels;
+pub mod tmms;
 pub mod variance_minimization;
 
 pub use gallery::{embedded_map, embedded_maps};
