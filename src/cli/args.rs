@@ -145,10 +145,12 @@ pub struct ContenderArgs {
     pub view: Option<String>,
     #[arg(long, default_value = "ambient-occlusion")]
     pub technique: String,
-    /// A distribution such as VGC+DGS, or `reference` for the exact function
-    #[arg(long, default_value = "VGC+DGS")]
-    pub method: String,
-    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD
+    /// A distribution such as VGC+DGS (the default), a sampler of environment maps such as
+    /// decomposition (the default of environment-lighting), or `reference` for the exact function
+    #[arg(long)]
+    pub method: Option<String>,
+    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD. Of environment
+    /// lighting: shadow rays per shading point; default: 16
     #[arg(long)]
     pub budget: Option<usize>,
     /// Pixels, for example 480x270; default: the view's

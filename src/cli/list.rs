@@ -3,13 +3,16 @@
 use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
 use crate::environment::embedded_maps;
-use crate::registry::{About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, REFINEMENTS, TECHNIQUES};
+use crate::registry::{
+    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, OTHER_METHODS, REFINEMENTS, TECHNIQUES,
+};
 use crate::scene::{find_scene, shipped_scenes};
 
-const KINDS: [&str; 6] = [
+const KINDS: [&str; 7] = [
     "techniques",
     "distributions",
     "refinements",
+    "methods",
     "samplers",
     "scenes",
     "maps",
@@ -20,10 +23,12 @@ fn entries() -> Vec<(&'static str, &'static About)> {
     let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
     let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
     let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
+    let others = OTHER_METHODS.iter().map(|e| ("methods", &e.about));
     let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| ("samplers", &e.about));
     techniques
         .chain(first)
         .chain(refinements)
+        .chain(others)
         .chain(samplers)
         .collect()
 }

@@ -1,20 +1,16 @@
 //! `render`: one image; and the single contender that `caches` shares.
 
-use std::path::Path;
-
-use glam::{DMat4, DVec3};
 use toml::{Table, Value};
 
 use super::args::{ContenderArgs, RenderArgs};
 use super::exit::{self, Failure};
 use super::run::set_threads;
-use crate::environment::EnvironmentRows;
 use crate::experiment::Override;
 use crate::image::{Attributes, Image, Layer, write_exr, write_png};
-use crate::registry::{self, TechniqueEntry};
-use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_scene};
+use crate::registry::{self, Contenders, TechniqueEntry};
+use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
 use crate::technique::{
-    Contender, Distribution, Frame, Rendered, Stages, Technique, cached, reference_pass,
+    Contender, Film, Frame, Method, Rendered, Stages, Technique, reference_pass,
 };
 use crate::trace::{RayCounter, Tracer};
 
@@ -22,13 +18,13 @@ use crate::trace::{RayCounter, Tracer};
 pub struct Prepared {
     pub technique: Box<dyn Technique>,
     /// `None` for the method `reference`.
-    pub distribution: Option<Distribution>,
+    pub method: Option<Method>,
     pub scene: Scene,
     tracer: Tracer,
     size: [usize; 2],
     view: usize,
     spp: u32,
-    caches: usize,
+    budget: usize,
     seed: u64,
 }
 
@@ -38,16 +34,11 @@ impl Prepared {
         set_threads(args.threads)?;
         let entry = technique_entry(&args.technique)?;
         let mut description = find_scene(&args.scene)?;
-        let (method, technique) = settings(args, entry, &mut description)?;
+        let (parameters, technique) = settings(args, entry, &mut description)?;
         let technique = (entry.build)(&technique)?;
-        let is_reference = args.method.eq_ignore_ascii_case("reference");
-        if !is_reference && !entry.distributions {
-            return Err(Failure::usage(format!(
-                "{} has one method only: reference",
-                entry.about.id
-            )));
-        }
-        if let Some(key) = method.keys().next().filter(|_| is_reference) {
+        let name = args.method.as_deref().unwrap_or(default_method(entry));
+        let is_reference = name.eq_ignore_ascii_case("reference");
+        if let Some(key) = parameters.keys().next().filter(|_| is_reference) {
             let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
             return Err(Failure::usage(format!(
                 "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, environment of the scene",
@@ -55,9 +46,9 @@ impl Prepared {
                 known.join(", ")
             )));
         }
-        let distribution = match is_reference {
+        let method = match is_reference {
             true => None,
-            false => Some(Distribution::new(&args.method, &method)?),
+            false => Some(Method::new(entry, name, &parameters)?),
         };
         let view = match &args.view {
             None => 0,
@@ -84,46 +75,69 @@ impl Prepared {
         }
         let scene = Scene::build(&description, technique.needs())?;
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let of_paper = (size[0] * size[1]) as f64 * 120_000.0 / (1920.0 * 1080.0);
         Ok(Self {
             technique,
-            distribution,
+            method,
             scene,
             tracer,
             size,
             view,
             spp: args.spp,
-            caches: args.budget.unwrap_or((of_paper.round() as usize).max(1)),
+            budget: args.budget.unwrap_or_else(|| default_budget(entry, size)),
             seed: args.seed,
         })
     }
 
     pub fn frame(&self) -> Frame<'_> {
-        Frame {
-            scene: &self.scene,
-            tracer: &self.tracer,
-            view: &self.scene.views[self.view],
+        let film = Film {
             width: self.size[0],
             height: self.size[1],
             spp: self.spp,
-        }
+        };
+        let view = &self.scene.views[self.view];
+        Frame::new((&self.scene, &self.tracer), view, film)
+    }
+
+    /// Canonical id of the method, or `reference`.
+    fn method_id(&self) -> &str {
+        self.method.as_ref().map_or("reference", Method::id)
     }
 
     /// Renders the contender, or the exact function.
     pub fn render(&self) -> Result<Rendered, Failure> {
         let frame = self.frame();
-        let Some(distribution) = &self.distribution else {
+        let Some(method) = &self.method else {
             return Ok(exact(self.technique.as_ref(), &frame));
         };
-        let needs_choice = !distribution.first.candidates().is_empty();
-        let reference = needs_choice.then(|| exact(self.technique.as_ref(), &frame).image);
+        let exact = || exact(self.technique.as_ref(), &frame).image;
+        let reference = method.needs_reference().then(exact);
         let contender = Contender {
-            distribution,
-            caches: self.caches,
+            method,
+            budget: self.budget,
             seed: self.seed,
             reference: reference.as_ref(),
         };
-        cached::render(self.technique.as_ref(), &frame, &contender).map_err(Failure::job)
+        self.technique
+            .render(&frame, &contender)
+            .map_err(Failure::job)
+    }
+}
+
+/// The full method of the technique's paper.
+fn default_method(entry: &TechniqueEntry) -> &'static str {
+    match entry.contenders {
+        Contenders::None => "reference",
+        Contenders::Distributions => "VGC+DGS",
+        Contenders::EnvironmentSamplers => "decomposition",
+    }
+}
+
+/// 16 lights, or the records per pixel of 120,000 at full HD.
+fn default_budget(entry: &TechniqueEntry, [width, height]: [usize; 2]) -> usize {
+    let of_paper = (width * height) as f64 * 120_000.0 / (1920.0 * 1080.0);
+    match entry.contenders {
+        Contenders::EnvironmentSamplers => 16,
+        Contenders::None | Contenders::Distributions => (of_paper.round() as usize).max(1),
     }
 }
 
@@ -210,20 +224,10 @@ fn settings(
 }
 
 fn environment(value: &Value) -> Result<EnvironmentDescription, Failure> {
-    let path = value
+    let name = value
         .as_str()
-        .ok_or_else(|| Failure::usage("--set environment=FILE: expected a file name"))?;
-    if !Path::new(path).is_file() {
-        return Err(Failure::usage(format!(
-            "--set environment={path}: there is no such file"
-        )));
-    }
-    Ok(EnvironmentDescription::Map {
-        path: path.into(),
-        scale: 1.0,
-        to_world: DMat4::from_translation(DVec3::ZERO),
-        rows: EnvironmentRows::CellCentred,
-    })
+        .ok_or_else(|| Failure::usage("--set environment=MAP: expected a name or a file"))?;
+    Ok(find_environment(name)?)
 }
 
 fn parse_size(text: &str) -> Result<[usize; 2], Failure> {
@@ -257,7 +261,7 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
     } else {
         let mut attributes = Attributes::new();
         attributes.insert("scene".into(), prepared.scene.name.clone().into());
-        attributes.insert("method".into(), args.contender.method.clone().into());
+        attributes.insert("method".into(), prepared.method_id().into());
         attributes.insert("exposure".into(), f64::from(exposure).into());
         write_exr(
             &args.out,
@@ -286,13 +290,14 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         let record = serde_json::json!({
             "scene": prepared.scene.name,
             "technique": args.contender.technique,
-            "method": args.contender.method,
+            "method": prepared.method_id(),
             "width": width,
             "height": height,
             "spp": prepared.spp,
             "seed": prepared.seed,
             "exposure_stops": prepared.technique.exposure_stops(&prepared.scene),
             "caches": rendered.records.len(),
+            "lights": rendered.lights.as_ref().map(|set| set.lights.len()),
             "rays": rendered.rays.closest,
             "shadow_rays": rendered.rays.shadow,
             "lookups": rendered.lookups,

@@ -87,15 +87,6 @@ impl<'a> Texels<'a> {
         let rgb = self.map.pixels()[index];
         DVec3::from(rgb.map(f64::from)) * self.row_of(index).solid_angle
     }
-
-    /// Σ luminance · solid angle, summed row by row.
-    pub fn total_energy(&self) -> f64 {
-        self.luminance
-            .chunks_exact(self.width())
-            .zip(&self.rows)
-            .map(|(row, r)| row.iter().map(|&y| f64::from(y)).sum::<f64>() * r.solid_angle)
-            .sum()
-    }
 }
 
 /// Sums over the texels of a cluster.

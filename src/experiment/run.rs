@@ -8,12 +8,12 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::reference::{Reference, ReferenceStore};
-use super::{Config, Job, Plan, Row, Store, progress::Progress};
+use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::metric::{CompareOptions, Comparison, compare};
-use crate::registry;
-use crate::scene::{Scene, find_scene};
-use crate::technique::{Contender, Distribution, Frame, Rendered, Technique, cached};
+use crate::registry::{self, TechniqueEntry};
+use crate::scene::{Scene, find_environment, find_scene};
+use crate::technique::{Contender, Film, Frame, Method, Rendered, Technique};
 use crate::trace::Tracer;
 
 /// Where results go and what to do about failures.
@@ -86,7 +86,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         .collect();
     runner.outcome.found = seen.len() - open.len();
     runner.progress.start(&open, runner.outcome.found);
-    for jobs in open.chunk_by(|a, b| a.found == b.found && a.transform == b.transform) {
+    for jobs in open.chunk_by(|a, b| same_scene(a, b)) {
         runner.scene(jobs, options.fail_fast)?;
         if options.fail_fast && runner.outcome.failed > 0 {
             break;
@@ -96,6 +96,11 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
     runner.store.write_rows(&rows)?;
     runner.progress.finish(&rows);
     Ok(runner.outcome)
+}
+
+/// Whether two jobs look at the same loaded scene.
+fn same_scene(a: &Job, b: &Job) -> bool {
+    a.found == b.found && a.transform == b.transform && a.environment == b.environment
 }
 
 struct Runner {
@@ -174,16 +179,16 @@ impl Runner {
         };
         row.describe(job, &self.experiment);
         let start = Instant::now();
-        let distribution = match Distribution::new(&job.method, &job.method_parameters) {
-            Ok(distribution) => distribution,
+        let method = match build_method(job) {
+            Ok(method) => method,
             Err(error) => {
                 row.status = format!("failed: {error}");
                 return (row, None);
             }
         };
         let contender = Contender {
-            distribution: &distribution,
-            caches: job.caches as usize,
+            method: &method,
+            budget: job.budget.amount() as usize,
             seed: job.seed,
             reference: Some(&reference.mean),
         };
@@ -192,7 +197,7 @@ impl Runner {
             maps: true,
             ..CompareOptions::default()
         };
-        let result = cached::render(technique, frame, &contender).and_then(|rendered| {
+        let result = technique.render(frame, &contender).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
             self.progress.spend("settings not kept", uncharged);
             self.progress
@@ -224,15 +229,27 @@ impl Runner {
 
 /// The technique of a job with its parameters.
 pub fn build_technique(job: &Job) -> Result<Box<dyn Technique>, RunError> {
-    let entry = registry::technique(&job.technique).ok_or_else(|| {
-        RunError::Technique(format!("no technique is called `{}`", job.technique))
-    })?;
-    (entry.build)(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
+    let build = technique_of(job)?.build;
+    build(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
+}
+
+/// The method of a job with its parameters.
+pub fn build_method(job: &Job) -> Result<Method, RunError> {
+    Method::new(technique_of(job)?, &job.method, &job.method_parameters)
+        .map_err(|e| RunError::Technique(e.to_string()))
+}
+
+fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
+    registry::technique(&job.technique)
+        .ok_or_else(|| RunError::Technique(format!("no technique is called `{}`", job.technique)))
 }
 
 /// The scene of a job, with only what the technique needs.
 pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunError> {
     let mut description = find_scene(&job.found)?;
+    if let Some(name) = &job.environment {
+        description.environment = Some(find_environment(name)?);
+    }
     if let Some(t) = job.transform {
         description = description.transformed(t.scale, t.rotate_y_deg, DVec3::from(t.translate));
     }
@@ -249,14 +266,12 @@ pub fn frame_of<'a>(
         .iter()
         .find(|v| v.name == job.view)
         .ok_or_else(|| RunError::Technique(format!("{} has no view `{}`", job.scene, job.view)))?;
-    Ok(Frame {
-        scene,
-        tracer,
-        view,
+    let film = Film {
         width: job.width,
         height: job.height,
         spp: job.spp,
-    })
+    };
+    Ok(Frame::new((scene, tracer), view, film))
 }
 
 fn fill(
@@ -265,7 +280,10 @@ fn fill(
     (rendered, comparison): (&Rendered, &Comparison),
     reference: &Reference,
 ) {
-    row.caches = Some(rendered.records.len() as u64);
+    match job.budget {
+        Budget::Caches(_) => row.caches = Some(rendered.records.len() as u64),
+        Budget::Lights(_) => row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64),
+    }
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;
     row.lookups = rendered.lookups;

@@ -2,20 +2,25 @@
 //!
 //! Two seams: a [`CachedFunction`] knows how to evaluate, compare and interpolate records but not
 //! where they are; a [`Distribution`] places them but not what they hold. [`cached::render`] is the
-//! product of both.
+//! product of both; what a technique compares is a [`Method`].
 
 pub mod ambient_occlusion;
 pub mod cached;
 mod distribution;
+pub mod environment_lighting;
 mod frame;
+mod method;
+mod per_sample;
 pub mod truth;
 
-pub use cached::{CachedFunction, Lookup};
+pub use cached::{CachedFunction, Lookup, RecordSite};
 pub use distribution::Distribution;
-pub use frame::{Frame, Site, shading_points};
+pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
+pub use method::{Method, PER_SAMPLE, PerSample};
 
 use rayon::prelude::*;
 
+use crate::environment::LightSet;
 use crate::image::Image;
 use crate::scene::{Needs, Scene};
 use crate::trace::{Caster, RayCounter, RayCounts};
@@ -41,9 +46,19 @@ pub trait Technique: Send + Sync {
     /// Rays traced for one evaluation of the function, for cost estimates.
     fn rays_per_evaluation(&self) -> u64;
 
-    /// The cached function of this technique, empty, for one job, and its run-time rule; `None` for
-    /// the truths, whose only method is the reference.
-    fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)>;
+    /// Renders one contender.
+    ///
+    /// # Errors
+    /// A sentence, for methods that the technique does not take or that need what is not there.
+    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String>;
+
+    /// What went into one pixel (row-major index) of a contender, a line each.
+    fn replay(
+        &self,
+        frame: &Frame,
+        contender: &Contender,
+        pixel: u32,
+    ) -> Result<Vec<String>, String>;
 }
 
 /// The function that records approximate, evaluated where the camera sees it.
@@ -81,9 +96,9 @@ pub fn reference_pass(
 
 /// What a contender has to work with.
 pub struct Contender<'a> {
-    pub distribution: &'a Distribution,
-    /// Number of records.
-    pub caches: usize,
+    pub method: &'a Method,
+    /// What the contenders of the technique share: records, or shadow rays per shading point.
+    pub budget: usize,
     pub seed: u64,
     /// For settings that the paper picks by error (SD's minimum cluster size).
     pub reference: Option<&'a Image>,
@@ -104,6 +119,8 @@ pub struct PlacedRecord {
 pub struct Rendered {
     pub image: Image,
     pub records: Vec<PlacedRecord>,
+    /// The lights of a global light set.
+    pub lights: Option<LightSet>,
     /// The map that guided the refinement, row-major, if there was one.
     pub discontinuity: Option<Vec<f32>>,
     pub rays: RayCounts,

@@ -1,6 +1,5 @@
 //! Exposure to a mean luminance, so that maps of any brightness give comparable images.
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::illumination::{Illumination, Point};
@@ -46,8 +45,8 @@ fn surface_luminance(illumination: &Illumination) -> f64 {
             let mut sum = (0.0, 0);
             for x in &columns {
                 let pixel = (y * frame.width + x) as u32;
-                if let Point::Surface(at, _) = illumination.point(&caster, pixel, 0) {
-                    let radiance: Vec3 = estimator.radiance(&caster, &at, [pixel, 0]);
+                if let Point::Surface(at, seen) = illumination.point(&caster, pixel, 0) {
+                    let radiance = seen.throughput * estimator.radiance(&caster, &at, [pixel, 0]);
                     let value = f64::from(luminance(radiance.into()));
                     if value.is_finite() {
                         sum = (sum.0 + value, sum.1 + 1);

@@ -2,23 +2,23 @@
 
 use glam::Vec3;
 
-use super::super::Frame;
+use super::super::{Frame, Seen};
 use crate::environment::{Environment, Light};
-use crate::shade::{Interaction, Surfaces};
-use crate::trace::{Caster, Hit, Ray, offset_origin};
+use crate::shade::Interaction;
+use crate::trace::Caster;
 
 /// A frame, its materials and its map.
 pub(super) struct Illumination<'a> {
     pub frame: &'a Frame<'a>,
     pub environment: &'a Environment,
-    surfaces: Surfaces<'a>,
     /// Factor on all radiance: the exposure.
     pub scale: f32,
 }
 
 /// What a camera sample sees.
 pub(super) enum Point<'a> {
-    Surface(Interaction<'a>, Hit),
+    /// What a surface sends is multiplied by the throughput of mirrors and glass before it.
+    Surface(Interaction<'a>, Seen),
     /// The exposed radiance of the map.
     Background(Vec3),
 }
@@ -36,23 +36,23 @@ impl<'a> Illumination<'a> {
         Some(Self {
             frame,
             environment: frame.scene.environment.as_ref()?,
-            surfaces: Surfaces::new(frame.scene),
             scale: 1.0,
         })
     }
 
     pub fn point(&self, caster: &Caster, pixel: u32, sample: u32) -> Point<'_> {
-        let ray = self.frame.camera_ray(pixel, sample);
-        match caster.closest(&ray) {
-            Some(hit) => Point::Surface(self.surfaces.interact(&hit, ray.direction), hit),
-            None => Point::Background(self.radiance(ray.direction)),
+        match self.frame.look_out(caster, pixel, sample) {
+            Ok(seen) => Point::Surface(self.surface(&seen), seen),
+            Err(missed) => Point::Background(missed.throughput * self.radiance(missed.direction)),
         }
     }
 
-    /// The surface at a hit that was found before.
-    pub fn surface(&self, hit: &Hit, pixel: u32, sample: u32) -> Interaction<'_> {
-        let ray = self.frame.camera_ray(pixel, sample);
-        self.surfaces.interact(hit, ray.direction)
+    /// The surface of a sample that was looked up before.
+    pub fn surface(&self, seen: &Seen) -> Interaction<'_> {
+        self.frame
+            .paths
+            .surfaces()
+            .interact(&seen.hit, seen.direction)
     }
 
     /// Exposed radiance of the map from a direction.
@@ -73,13 +73,7 @@ impl<'a> Illumination<'a> {
 
     /// Whether nothing lies between a surface and the map in a direction.
     pub fn sees(&self, caster: &Caster, at: &Interaction, direction: Vec3) -> bool {
-        let side = if direction.dot(at.geometric_normal) < 0.0 {
-            -at.geometric_normal
-        } else {
-            at.geometric_normal
-        };
-        let origin = offset_origin(at.position, side, self.frame.scene.diagonal);
-        !caster.occluded(&Ray::new(origin, direction))
+        !caster.occluded(&self.frame.paths.lights().spawn(at, direction))
     }
 
     /// Σ scattering · cosine · power · visibility; lights that the surface does not reflect cost no

@@ -8,11 +8,13 @@ mod exposure;
 mod illumination;
 mod multiple;
 mod rendering;
+mod replay;
 mod upsampling;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Contender, Frame, Method, Rendered, ShadingFunction, Technique};
+use crate::environment::EnvironmentSampler;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::scene::{Needs, Scene};
 use crate::trace::Caster;
@@ -139,6 +141,20 @@ impl EnvironmentLighting {
         }
         Some(illumination)
     }
+
+    fn prepare<'a>(
+        &self,
+        frame: &'a Frame<'a>,
+        contender: &'a Contender,
+    ) -> Result<(Illumination<'a>, &'a EnvironmentSampler), String> {
+        let Method::EnvironmentSampler(_, sampler) = contender.method else {
+            return Err("environment lighting takes samplers of environment maps".into());
+        };
+        let illumination = self
+            .illumination(frame)
+            .ok_or("the scene has no environment; name one with `environment`")?;
+        Ok((illumination, sampler))
+    }
 }
 
 impl Technique for EnvironmentLighting {
@@ -155,8 +171,12 @@ impl Technique for EnvironmentLighting {
             illumination: self.illumination(frame),
             spp: frame.spp,
             samples: Samples {
-                light: parameters.reference_samples.div_ceil(parameters.reference_passes),
-                surface: parameters.reference_samples.div_ceil(parameters.reference_passes),
+                light: parameters
+                    .reference_samples
+                    .div_ceil(parameters.reference_passes),
+                surface: parameters
+                    .reference_samples
+                    .div_ceil(parameters.reference_passes),
                 stratified: true,
             },
         })
@@ -183,13 +203,23 @@ impl Technique for EnvironmentLighting {
     }
 
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        let Method::EnvironmentSampler(sampler) = contender.method else {
-            return Err("environment lighting takes samplers of environment maps".into());
-        };
-        let illumination = self
-            .illumination(frame)
-            .ok_or("the scene has no environment; name one with `environment`")?;
+        let (illumination, sampler) = self.prepare(frame, contender)?;
         rendering::render(&illumination, &self.parameters, (sampler, contender))
+    }
+
+    fn replay(
+        &self,
+        frame: &Frame,
+        contender: &Contender,
+        pixel: u32,
+    ) -> Result<Vec<String>, String> {
+        let (illumination, sampler) = self.prepare(frame, contender)?;
+        Ok(replay::replay(
+            &illumination,
+            &self.parameters,
+            (sampler, contender),
+            pixel,
+        ))
     }
 }
 
@@ -217,9 +247,9 @@ impl ShadingFunction for Exact<'_> {
             let mut sum = glam::Vec3::ZERO;
             for sample in 0..self.spp {
                 let radiance = match illumination.point(caster, pixel, sample) {
-                    Point::Surface(at, _) => {
+                    Point::Surface(at, seen) => {
                         let key = [pixel, pass * self.spp + sample];
-                        estimator.radiance(caster, &at, key)
+                        seen.throughput * estimator.radiance(caster, &at, key)
                     }
                     Point::Background(radiance) => radiance,
                 };

@@ -3,14 +3,14 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::super::{Contender, Frame, Rendered, Stages};
+use super::super::{Contender, Rendered, Seen, Stages};
 use super::Parameters;
 use super::illumination::{Illumination, Parallel, Point};
 use super::multiple::{MultipleImportance, Samples};
-use super::upsampling::{Grid, Upsampled, upsample};
+use super::upsampling::{Feature, Grid, Upsampled, upsample};
 use crate::environment::{EnvironmentSampler, LightKind, LightSampler, LightSet};
 use crate::image::Image;
-use crate::trace::{Caster, Hit, RayCounter};
+use crate::trace::{Caster, RayCounter};
 
 /// Renders a contender whose budget is shadow rays per shading point.
 pub(super) fn render(
@@ -31,12 +31,16 @@ pub(super) fn render(
                 .compensated(mis.compensated);
             let mut stages = Stages::default();
             let (image, non_finite) = stages.time("rendering", || {
-                film(illumination, &counter, &|caster, pixel, sample| {
-                    match illumination.point(caster, pixel, sample) {
-                        Point::Surface(at, _) => estimator.radiance(caster, &at, [pixel, sample]),
+                film(
+                    illumination,
+                    &counter,
+                    &|caster, pixel, sample| match illumination.point(caster, pixel, sample) {
+                        Point::Surface(at, seen) => {
+                            seen.throughput * estimator.radiance(caster, &at, [pixel, sample])
+                        }
                         Point::Background(radiance) => radiance,
-                    }
-                })
+                    },
+                )
             });
             Rendered {
                 image,
@@ -94,7 +98,7 @@ fn film(
 
 /// Position of a pixel's light set in the 4×2 pattern of interleaved sampling; the sub-pixel samples
 /// of a pixel take different ones.
-fn set_of([x, y]: [usize; 2], sample: u32, sets: usize) -> usize {
+pub(super) fn set_of([x, y]: [usize; 2], sample: u32, sets: usize) -> usize {
     /// Neighbours are far apart in the order of sets.
     const PATTERN: [[usize; 4]; 2] = [[0, 4, 2, 6], [5, 1, 7, 3]];
     (PATTERN[y % 2][x % 4] + 3 * sample as usize) % sets
@@ -149,16 +153,18 @@ impl Global<'_> {
 
     fn full_resolution(&self, sets: &[Vec<Parallel>]) -> (Image, u64) {
         let width = self.illumination.frame.width;
-        film(self.illumination, self.counter, &|caster, pixel, sample| {
-            match self.illumination.point(caster, pixel, sample) {
-                Point::Surface(at, _) => {
+        film(
+            self.illumination,
+            self.counter,
+            &|caster, pixel, sample| match self.illumination.point(caster, pixel, sample) {
+                Point::Surface(at, seen) => {
                     let position = [pixel as usize % width, pixel as usize / width];
                     let lights = &sets[set_of(position, sample, sets.len())];
-                    self.illumination.lit(caster, &at, lights)
+                    seen.throughput * self.illumination.lit(caster, &at, lights)
                 }
                 Point::Background(radiance) => radiance,
-            }
-        })
+            },
+        )
     }
 
     /// The first sets at every pixel, the second ones at every `reduction`-th row and column, from
@@ -173,7 +179,7 @@ impl Global<'_> {
                 .stages
                 .time("rendering", || self.shade(sets, &grid, sample));
             let carried = rendered.stages.time("upsampling", || {
-                let features = self.features(&shaded, sample);
+                let features = self.features(&shaded);
                 let low: Vec<Vec3> = grid
                     .pixels()
                     .map(|pixel| shaded[pixel as usize].indirect)
@@ -216,16 +222,16 @@ impl Global<'_> {
                 let caster = frame.tracer.caster(self.counter);
                 for (x, out) in row.iter_mut().enumerate() {
                     let pixel = (y * frame.width + x) as u32;
-                    let (at, hit) = match illumination.point(&caster, pixel, sample) {
-                        Point::Surface(at, hit) => (at, hit),
+                    let (at, seen) = match illumination.point(&caster, pixel, sample) {
+                        Point::Surface(at, seen) => (at, seen),
                         Point::Background(radiance) => {
                             out.direct = radiance;
                             continue;
                         }
                     };
-                    out.hit = Some(hit);
+                    out.seen = Some(seen);
                     let direct = &sets[0][set_of([x, y], sample, sets[0].len())];
-                    out.direct = illumination.lit(&caster, &at, direct);
+                    out.direct = seen.throughput * illumination.lit(&caster, &at, direct);
                     if let Some(position) = grid.position(x, y) {
                         let indirect = &sets[1][set_of(position, sample, sets[1].len())];
                         out.indirect = illumination.lit(&caster, &at, indirect);
@@ -235,14 +241,13 @@ impl Global<'_> {
         shaded
     }
 
-    fn features(&self, shaded: &[Shaded], sample: u32) -> Vec<Option<super::upsampling::Feature>> {
+    fn features(&self, shaded: &[Shaded]) -> Vec<Option<Feature>> {
         shaded
             .par_iter()
-            .enumerate()
-            .map(|(pixel, own)| {
-                let hit = own.hit.as_ref()?;
-                let at = self.illumination.surface(hit, pixel as u32, sample);
-                Some(super::upsampling::Feature::new(&at, hit.t))
+            .map(|own| {
+                let seen = own.seen.as_ref()?;
+                let at = self.illumination.surface(seen);
+                Some(Feature::new(&at, seen.depth))
             })
             .collect()
     }
@@ -260,22 +265,24 @@ impl Global<'_> {
             .par_iter()
             .zip(shaded)
             .enumerate()
-            .map(|(pixel, (value, own))| match (value, &own.hit) {
-                (Some(value), _) => *value,
-                (None, None) => Vec3::ZERO,
-                (None, Some(hit)) => {
+            .map(|(pixel, (value, own))| match (value, &own.seen) {
+                (_, None) => Vec3::ZERO,
+                (Some(value), Some(seen)) => seen.throughput * *value,
+                (None, Some(seen)) => {
                     let caster = frame.tracer.caster(self.counter);
-                    let at = self.illumination.surface(hit, pixel as u32, sample);
+                    let at = self.illumination.surface(seen);
                     let position = [pixel % frame.width, pixel / frame.width];
                     let lights = &sets[set_of(position, sample, sets.len())];
-                    self.illumination.lit(&caster, &at, lights)
+                    seen.throughput * self.illumination.lit(&caster, &at, lights)
                 }
             })
             .collect();
         let gaps = from_low.values.iter().zip(shaded);
         Carried {
             values,
-            fallbacks: gaps.filter(|(v, s)| v.is_none() && s.hit.is_some()).count() as u64,
+            fallbacks: gaps
+                .filter(|(v, s)| v.is_none() && s.seen.is_some())
+                .count() as u64,
             underflows: from_low.underflows,
         }
     }
@@ -286,9 +293,9 @@ impl Global<'_> {
 struct Shaded {
     /// The background's radiance where nothing was hit.
     direct: Vec3,
-    /// On the grid only.
+    /// On the grid only; without the throughput.
     indirect: Vec3,
-    hit: Option<Hit>,
+    seen: Option<Seen>,
 }
 
 /// Indirect light of every pixel.
