@@ -1,7 +1,8 @@
 //! The one table of methods.
 
 use crate::environment::{
-    EnvironmentSampler, decomposition, kollig_keller, median_cut, mis, tmms, variance_minimization,
+    EnvironmentSampler, decomposition, fhis, kollig_keller, median_cut, mis, tmms,
+    variance_minimization,
 };
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, truth};
@@ -23,6 +24,7 @@ pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
 /// All samplers of environment maps.
 pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
     mis::ENTRY,
+    fhis::ENTRY,
     median_cut::ENTRY,
     variance_minimization::ENTRY,
     tmms::ENTRY,

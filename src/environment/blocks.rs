@@ -1,5 +1,7 @@
 //! Square blocks of texels with exact sums, for samplers whose cost grows with the number of texels.
 
+use glam::DVec3;
+
 use super::relaxation::Item;
 use super::texels::{Cluster, Texels, angle_rad};
 use super::{Light, LightKind, LightSet};
@@ -67,21 +69,46 @@ impl Blocks {
     /// One light for each cell that is not black; `labels` are the cells of [`Blocks::items`]. In
     /// the map's space.
     pub fn light_set(&self, texels: &Texels, cells: usize, labels: &[u32]) -> LightSet {
-        let lit = || {
-            self.sums
-                .iter()
-                .filter(|sums| sums.energy > 0.0)
-                .zip(labels)
-        };
-        let mut clusters = vec![Cluster::default(); cells];
-        for (sums, &label) in lit() {
-            clusters[label as usize].merge(sums);
-        }
+        let clusters = self.clusters(cells, labels);
         let axes: Vec<_> = clusters.iter().map(|c| c.direction(texels)).collect();
+        self.lights((texels, labels), &clusters, &axes)
+    }
+
+    /// As [`Blocks::light_set`], with the lights where the cells' centres are.
+    pub fn light_set_at(&self, texels: &Texels, centres: &[DVec3], labels: &[u32]) -> LightSet {
+        let clusters = self.clusters(centres.len(), labels);
+        let pairs = clusters.iter().zip(centres);
+        let axes: Vec<_> = pairs
+            .map(|(c, centre)| (c.energy > 0.0).then_some(*centre))
+            .collect();
+        self.lights((texels, labels), &clusters, &axes)
+    }
+
+    /// The blocks that are not black, and their cells.
+    fn lit<'l>(&'l self, labels: &'l [u32]) -> impl Iterator<Item = (&'l Cluster, usize)> {
+        let lit = self.sums.iter().filter(|sums| sums.energy > 0.0);
+        lit.zip(labels.iter().map(|&label| label as usize))
+    }
+
+    fn clusters(&self, cells: usize, labels: &[u32]) -> Vec<Cluster> {
+        let mut clusters = vec![Cluster::default(); cells];
+        for (sums, label) in self.lit(labels) {
+            clusters[label].merge(sums);
+        }
+        clusters
+    }
+
+    fn lights(
+        &self,
+        (texels, labels): (&Texels, &[u32]),
+        clusters: &[Cluster],
+        axes: &[Option<DVec3>],
+    ) -> LightSet {
+        let cells = clusters.len();
         let mut extents = vec![0.0f64; cells];
-        for (sums, &label) in lit() {
-            if let Some((axis, own)) = axes[label as usize].zip(sums.direction(texels)) {
-                let extent = &mut extents[label as usize];
+        for (sums, label) in self.lit(labels) {
+            if let Some((axis, own)) = axes[label].zip(sums.direction(texels)) {
+                let extent = &mut extents[label];
                 *extent = extent.max(angle_rad(axis, own));
             }
         }

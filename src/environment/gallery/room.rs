@@ -29,8 +29,9 @@ impl Panel {
         self
     }
 
-    /// Distance to it along a direction from the origin, and whether a bar is there.
-    fn hit(&self, d: DVec3) -> Option<(f64, bool)> {
+    /// Distance to it along a direction from the origin, and its radiance there: a bar, or brighter
+    /// towards the middle and the upper edge, as no lamp and no view is even.
+    fn hit(&self, d: DVec3) -> Option<(f64, Vec3)> {
         let normal = self.sides[0].cross(self.sides[1]);
         let t = normal.dot(self.centre) / normal.dot(d);
         if !t.is_finite() || t <= 0.0 {
@@ -45,7 +46,13 @@ impl Panel {
             let share = (0.5 * (a + 1.0) * f64::from(n)).fract();
             n > 1 && (share - 0.5).abs() > 0.46
         });
-        Some((t, bar))
+        let middle = 1.0 - 0.25 * (along[0] * along[0] + along[1] * along[1]);
+        let share = if bar {
+            0.01
+        } else {
+            middle * (1.0 + 0.2 * along[1])
+        };
+        Some((t, self.radiance * share as f32))
     }
 
     /// Irradiance at a point of a wall, as if it were small.
@@ -76,11 +83,11 @@ impl Room {
         let nearest = self
             .panels
             .iter()
-            .filter_map(|p| p.hit(d).map(|(t, bar)| (t, bar, p.radiance)))
-            .filter(|(t, ..)| *t <= wall_distance)
+            .filter_map(|panel| panel.hit(d))
+            .filter(|(t, _)| *t <= wall_distance)
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, bar, radiance)) = nearest {
-            return if bar { radiance * 0.01 } else { radiance };
+        if let Some((_, radiance)) = nearest {
+            return radiance;
         }
         let colour = match normal.y {
             y if y > 0.5 => self.colours[0],
