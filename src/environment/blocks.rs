@@ -6,7 +6,7 @@ use super::relaxation::Item;
 use super::texels::{Cluster, Texels, angle_rad};
 use super::{Light, LightKind, LightSet};
 
-/// Most blocks of a sampler that relaxes: every texel of a 512×256 map.
+/// Most blocks of a sampler that assigns each once: every texel of a 512×256 map.
 pub(super) const LARGEST: usize = 512 * 256;
 
 /// Blocks in row-major order; those at the right and bottom may be smaller.

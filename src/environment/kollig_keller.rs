@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Blocks, LARGEST};
+use super::blocks::Blocks;
 use super::relaxation::Cells;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
@@ -46,14 +46,17 @@ impl Default for Parameters {
     }
 }
 
+/// Most blocks that are relaxed: each insertion looks at all of them.
+const MOST_BLOCKS: usize = 256 * 128;
+
 struct KolligKeller(Parameters);
 
 /// *differs:* starts at the energy centroid of the map and inserts at the brightest item of the
-/// strongest cell. Maps of more texels than 512×256 are relaxed in blocks, with exact sums.
+/// strongest cell. Maps of more texels than 256×128 are relaxed in blocks, with exact sums.
 impl LightSampler for KolligKeller {
     fn lights(&self, map: &Environment, count: usize, _seed: u64) -> LightSet {
         let texels = Texels::new(map);
-        let blocks = Blocks::new(&texels, LARGEST);
+        let blocks = Blocks::new(&texels, MOST_BLOCKS);
         let (items, energies) = blocks.items(&texels);
         let total = blocks.total();
         let Some(first) = total.direction(&texels).filter(|_| count > 0) else {

@@ -299,6 +299,18 @@ impl Environment {
         self.lookup(u, v)
     }
 
+    /// [`Environment::radiance`] and [`Environment::pdf`] (of the compensated density if asked for) at
+    /// once.
+    pub fn radiance_and_pdf(&self, direction: Vec3, compensated: bool) -> ([f32; 3], f32) {
+        let [u, v] = self.coordinates(direction);
+        let table = match compensated {
+            true => self.compensated(),
+            false => &self.table,
+        };
+        let row = (v * self.table_rows() as f64) as usize;
+        (self.lookup(u, v), table.density(u, row) as f32)
+    }
+
     /// A direction with density proportional to the bilinear lookup's luminance (constant over half
     /// texels); `u` in [0, 1)². `None` for a black environment.
     pub fn sample(&self, u: [f64; 2]) -> Option<EnvironmentSample> {
@@ -307,7 +319,7 @@ impl Environment {
 
     /// Density per steradian with which [`Environment::sample`] finds `direction` (unit).
     pub fn pdf(&self, direction: Vec3) -> f32 {
-        self.density_of(&self.table, direction)
+        self.radiance_and_pdf(direction, false).1
     }
 
     /// The density of MIS compensation (Karlík et al. 2019): proportional to what the luminance has
@@ -330,11 +342,6 @@ impl Environment {
         self.sample_of(self.compensated(), u)
     }
 
-    /// Density per steradian of [`Environment::compensated_sample`].
-    pub fn compensated_pdf(&self, direction: Vec3) -> f32 {
-        self.density_of(self.compensated(), direction)
-    }
-
     fn sample_of(&self, table: &SphereTable, u: [f64; 2]) -> Option<EnvironmentSample> {
         let ([phi, cos], pdf) = table.sample(u)?;
         Some(EnvironmentSample {
@@ -342,12 +349,6 @@ impl Environment {
             radiance: self.lookup(phi, cos.acos() / PI),
             pdf_sr: pdf as f32,
         })
-    }
-
-    fn density_of(&self, table: &SphereTable, direction: Vec3) -> f32 {
-        let [u, v] = self.coordinates(direction);
-        let row = (v * self.table_rows() as f64) as usize;
-        table.density(u, row) as f32
     }
 
     /// Map coordinates (u, v) of a world direction, both in [0, 1].

@@ -197,11 +197,11 @@ mod tests {
     #[test]
     fn points_grow_in_proportion_to_importance_and_keep_apart() {
         let count = |importance: f64| points(DVec2::ONE, &Constant(importance)).len() as f64;
-        for importance in [20.0, 57.0, 160.0, 700.0] {
+        for importance in [400.0, 930.0, 2500.0, 9000.0] {
             let ratio = count(2.0 * importance) / count(importance);
             assert!((1.7..2.3).contains(&ratio), "{importance}: {ratio}");
         }
-        let found = points(DVec2::ONE, &Constant(300.0));
+        let found = points(DVec2::ONE, &Constant(3000.0));
         let nearest = |p: DVec2| {
             found
                 .iter()
@@ -220,8 +220,8 @@ mod tests {
 
     #[test]
     fn points_of_lower_importance_remain_when_it_rises() {
-        let low = points(DVec2::ONE, &Constant(40.0));
-        let high = points(DVec2::ONE, &Constant(41.0));
+        let low = points(DVec2::ONE, &Constant(1000.0));
+        let high = points(DVec2::ONE, &Constant(1020.0));
         let kept = |c: &&Candidate| {
             high.iter()
                 .any(|h| (h.position - c.position).length() < 1e-9)

@@ -63,14 +63,6 @@ impl<'a> MultipleImportance<'a> {
         Sequence::new(rng, self.samples.stratified)
     }
 
-    fn pdf(&self, direction: Vec3) -> f32 {
-        let map = self.illumination.environment;
-        match self.compensated {
-            true => map.compensated_pdf(direction),
-            false => map.pdf(direction),
-        }
-    }
-
     fn by_light(&self, caster: &Caster, at: &Interaction, mut sequence: Sequence) -> Vec3 {
         let (illumination, samples) = (self.illumination, self.samples);
         let mut sum = Vec3::ZERO;
@@ -101,7 +93,9 @@ impl<'a> MultipleImportance<'a> {
         for index in 0..samples.surface {
             let u = sequence.point(index).map(below_one);
             let Some(sample) = at.sample(u) else { continue };
-            let reflected = sample.weight * illumination.radiance(sample.direction);
+            let map = illumination.environment;
+            let (radiance, pdf) = map.radiance_and_pdf(sample.direction, self.compensated);
+            let reflected = sample.weight * Vec3::from(radiance) * illumination.scale;
             if reflected == Vec3::ZERO || !illumination.sees(caster, at, sample.direction) {
                 continue;
             }
@@ -109,7 +103,7 @@ impl<'a> MultipleImportance<'a> {
                 1.0
             } else {
                 let own = sample.pdf_sr * samples.surface as f32;
-                let other = self.pdf(sample.direction) * samples.light as f32;
+                let other = pdf * samples.light as f32;
                 power_heuristic(own, other)
             };
             sum += reflected * (weight / samples.surface as f32);
