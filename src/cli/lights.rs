@@ -8,9 +8,9 @@ use super::exit::{self, Failure};
 use super::run::set_threads;
 use crate::environment::{Environment, EnvironmentSampler, LightKind};
 use crate::experiment::Override;
-use crate::image::{Image, write_png_coded};
+use crate::image::{Image, overview, write_png_coded};
 use crate::registry;
-use crate::report::{draw_lights, tone_mapped};
+use crate::report::draw_lights;
 use crate::scene::find_environment;
 
 /// Prints the lights, as JSON or a line each, and draws them with `--out`.
@@ -33,7 +33,7 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     let set = sampler.lights(&map, args.budget, args.seed);
     let seconds = start.elapsed().as_secs_f64();
     if let Some(out) = &args.out {
-        let mut shown = tone_mapped(&pixels(&map), (1024, 1024));
+        let mut shown = overview(&pixels(&map), 1024);
         let marks = set.lights.iter();
         draw_lights(
             &mut shown,

@@ -245,8 +245,12 @@ impl LightSampler for Decomposition {
         );
         let found = lights.len();
         let mut masked = vec![false; texels.luminance.len()];
-        for (&texel, &kept) in classes.emissive.iter().zip(&kept) {
-            masked[texel as usize] = kept;
+        let pairs = classes.emissive.iter().zip(&kept);
+        let emissive: Vec<u32> = pairs
+            .filter_map(|(texel, kept)| kept.then_some(*texel))
+            .collect();
+        for &texel in &emissive {
+            masked[texel as usize] = true;
         }
         let rest = leaves(&texels, p.leaves, &|texel| masked[texel]);
         let weights = Weights {
@@ -264,6 +268,7 @@ impl LightSampler for Decomposition {
                 ("k_means_rounds", rounds as f64),
             ],
             lights,
+            emissive,
             notes: Vec::new(),
         };
         if found < wanted {

@@ -1,13 +1,13 @@
 //! The contract of global light sets: parallel lights that stand for a whole map.
 
 use glam::{DVec3, Mat3, Vec3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Environment;
 use crate::sample::Rng;
 
 /// Which part of a map a light stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightKind {
     /// Emissive texels: sharp shadows.
@@ -34,6 +34,8 @@ pub struct Light {
 #[derive(Clone, Debug, Default)]
 pub struct LightSet {
     pub lights: Vec<Light>,
+    /// Texels (row-major) that the direct lights stand for.
+    pub emissive: Vec<u32>,
     /// Quantities found on the way (threshold, split, …), for the row's `params`.
     pub found: Vec<(&'static str, f64)>,
     /// Shortfalls and fallbacks, a sentence each.

@@ -237,6 +237,13 @@ pub struct FigureSpec {
     pub y: Vec<String>,
 }
 
+impl FigureKind {
+    /// Whether it takes what jobs keep of their lights when such a figure is asked for.
+    pub fn shows_lights(self) -> bool {
+        matches!(self, Self::Lights | Self::Classification)
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FigureKind {
@@ -248,6 +255,10 @@ pub enum FigureKind {
     Records,
     /// The map that guided the refinement.
     Discontinuity,
+    /// Lights on the tone-mapped environment map, direct and indirect in two colours.
+    Lights,
+    /// Emissive and other texels of the environment map in two colours.
+    Classification,
 }
 
 /// A statement of the paper about rows.

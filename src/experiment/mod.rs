@@ -4,6 +4,7 @@ mod check;
 mod claim;
 mod config;
 mod expression;
+mod light_files;
 mod locate;
 mod overrides;
 mod plan;
@@ -20,6 +21,7 @@ pub use config::{
     SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
 };
 pub use expression::{Expression, Measured};
+pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
 pub use overrides::Override;
 pub use plan::{Budget, Job, Plan, hash, plan};
 pub use reference::{Reference, ReferenceStore};

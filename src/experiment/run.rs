@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::light_files::write_lights;
 use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
@@ -67,6 +68,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         progress: Progress::new(plan, options.quiet),
         outcome: Outcome::default(),
         experiment: plan.name.clone(),
+        keeps_lights: config.figure.iter().any(|f| f.kind.shows_lights()),
     };
     runner
         .store
@@ -109,6 +111,8 @@ struct Runner {
     progress: Progress,
     outcome: Outcome,
     experiment: String,
+    /// Whether a figure asks for the lights of the jobs.
+    keeps_lights: bool,
 }
 
 impl Runner {
@@ -155,7 +159,15 @@ impl Runner {
             self.outcome.done += 1;
             self.progress.time("writing", || {
                 self.store.write_job(&row, |folder| match &pictures {
-                    Some(pictures) => pictures.write(folder, &row),
+                    Some(pictures) => {
+                        if let Some(set) = &pictures.rendered.lights
+                            && let Some(map) = &frame.scene.environment
+                            && self.keeps_lights
+                        {
+                            write_lights(folder, set, map)?;
+                        }
+                        pictures.write(folder, &row)
+                    }
                     None => Ok(()),
                 })
             })?;

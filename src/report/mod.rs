@@ -29,7 +29,7 @@ mod viewer;
 
 use std::path::{Path, PathBuf};
 
-pub use light_map::{draw_lights, tone_mapped};
+pub use light_map::draw_lights;
 
 /// What a report consists of.
 #[derive(Clone, Debug, Default)]
