@@ -252,7 +252,7 @@ impl LightSampler for Decomposition {
         for &texel in &emissive {
             masked[texel as usize] = true;
         }
-        let rest = leaves(&texels, p.leaves, &|texel| masked[texel]);
+        let rest = leaves(&texels, p.leaves, &masked);
         let weights = Weights {
             variance: p.variance_weight,
             extent: p.extent_weight,

@@ -54,24 +54,32 @@ impl Classification {
             false => texels.rows[row].solid_angle,
         };
         let width = texels.width();
-        let (mut sum, mut weights, mut maximum) = (0.0f64, 0.0f64, 0.0f32);
-        for (y, row) in texels.luminance.chunks_exact(width).enumerate() {
-            let row_sum: f64 = row.iter().map(|&l| f64::from(l)).sum();
-            sum += row_sum * weight(y);
+        let (mut sum, mut weights) = (0.0, 0.0);
+        // Sum and maximum of each row.
+        let lines: Vec<(f64, f32)> = texels
+            .luminance
+            .chunks_exact(width)
+            .map(|row| {
+                let sum = row.iter().map(|&l| f64::from(l)).sum();
+                (sum, row.iter().copied().fold(0.0, f32::max))
+            })
+            .collect();
+        for (y, (line, _)) in lines.iter().enumerate() {
+            sum += line * weight(y);
             weights += width as f64 * weight(y);
-            maximum = row.iter().fold(maximum, |a, &b| a.max(b));
         }
+        let maximum = lines.iter().map(|l| l.1).fold(0.0, f32::max);
         let quantile = weighted_quantile(texels, rule.quantile, &weight);
         let threshold = f64::from(quantile)
             .max(rule.average_factor * sum / weights)
             .max(rule.maximum_factor * f64::from(maximum));
         let mut emissive = Vec::new();
         let (mut direct, mut indirect) = (Region::default(), Region::default());
-        for (y, row) in texels.luminance.chunks_exact(width).enumerate() {
+        for (y, &(total, largest)) in lines.iter().enumerate() {
             let before = emissive.len();
             let mut bright = 0.0;
-            let total: f64 = row.iter().map(|&l| f64::from(l)).sum();
-            if row.iter().any(|&l| f64::from(l) > threshold) {
+            if f64::from(largest) > threshold {
+                let row = &texels.luminance[y * width..(y + 1) * width];
                 for (x, &l) in row.iter().enumerate() {
                     if f64::from(l) > threshold {
                         emissive.push((y * width + x) as u32);

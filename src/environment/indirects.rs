@@ -181,7 +181,7 @@ mod tests {
 
     fn cut(map: &Environment, count: usize, weights: Weights) -> Vec<Light> {
         let texels = Texels::new(map);
-        let leaves = leaves(&texels, 8192, &|_| false);
+        let leaves = leaves(&texels, 8192, &vec![false; texels.luminance.len()]);
         indirects(&texels, leaves, count, weights)
     }
 

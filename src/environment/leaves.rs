@@ -22,16 +22,15 @@ impl Leaf {
     }
 }
 
-/// Gathers the texels that `masked` does not leave out (as if they were not there) into about `count`
+/// Gathers the texels that are not `masked` (these are as if they were not there) into about `count`
 /// cells; cells without texels are dropped.
-pub(super) fn leaves(texels: &Texels, count: usize, masked: &dyn Fn(usize) -> bool) -> Vec<Leaf> {
+pub(super) fn leaves(texels: &Texels, count: usize, masked: &[bool]) -> Vec<Leaf> {
     let rings = Rings::new(count);
     let mut leaves = vec![Leaf::default(); rings.len()];
     let width = texels.width();
-    let no_mask_in = |y: usize| !(y * width..(y + 1) * width).any(masked);
     for y in 0..texels.height() {
         let ring = rings.ring(texels.rows[y].cos);
-        let whole = no_mask_in(y);
+        let whole = !masked[y * width..(y + 1) * width].contains(&true);
         let cells = ring.len();
         let mut start = 0;
         for (piece, leaf) in leaves[ring].iter_mut().enumerate() {
@@ -42,7 +41,7 @@ pub(super) fn leaves(texels: &Texels, count: usize, masked: &dyn Fn(usize) -> bo
             if whole {
                 add_run(texels, y, run, leaf);
             } else {
-                for x in run.filter(|x| !masked(y * width + x)) {
+                for x in run.filter(|x| !masked[y * width + x]) {
                     add_run(texels, y, x..x + 1, leaf);
                 }
             }
@@ -105,7 +104,8 @@ mod tests {
             let texels = Texels::new(&map);
             for masked in [0, 3] {
                 let mask = |i: usize| masked > 0 && i % masked == 1;
-                let found = leaves(&texels, 500, &mask);
+                let masks: Vec<bool> = (0..width * height).map(mask).collect();
+                let found = leaves(&texels, 500, &masks);
                 let mut expected = Cluster::default();
                 (0..width * height)
                     .filter(|i| !mask(*i))
