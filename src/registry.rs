@@ -5,12 +5,17 @@ use crate::environment::{
     variance_minimization,
 };
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
-use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, truth};
+use crate::technique::irradiance_caching::on_demand;
+use crate::technique::{
+    Method, PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, irradiance_caching,
+    truth,
+};
 
 /// All techniques.
 pub const TECHNIQUES: &[TechniqueEntry] = &[
     ambient_occlusion::ENTRY,
     environment_lighting::ENTRY,
+    irradiance_caching::ENTRY,
     truth::DIRECT,
     truth::PATH_TRACING,
 ];
@@ -41,7 +46,14 @@ pub fn environment_sampler(id: &str) -> Option<&'static SamplerEntry> {
 }
 
 /// Methods that are no distributions.
-pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE];
+pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE, on_demand::ENTRY];
+
+/// The method of a technique that is no distribution, by its id or alias, in any case.
+pub fn other_method(technique: &str, id: &str) -> Option<&'static MethodEntry> {
+    OTHER_METHODS
+        .iter()
+        .find(|e| e.about.answers_to(id) && e.techniques.contains(&technique))
+}
 
 /// The technique with this id or alias, in any case.
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
@@ -133,9 +145,12 @@ pub struct SamplerEntry {
     pub build: fn(&toml::Table) -> Result<EnvironmentSampler, ParameterError>,
 }
 
-/// A method that is neither: it is built where it runs.
+/// A method that is no distribution.
 pub struct MethodEntry {
     pub about: About,
+    /// Ids of the techniques it is a contender of.
+    pub techniques: &'static [&'static str],
+    pub build: fn(&toml::Table) -> Result<Method, ParameterError>,
 }
 
 /// Refuses parameters that none of the entries declares.

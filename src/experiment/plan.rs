@@ -11,7 +11,7 @@ use super::overrides::Override;
 use super::scene_key;
 use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{SceneDescription, find_environment, find_scene};
-use crate::technique::Method;
+use crate::technique::{Method, Technique};
 
 /// Changes whenever the same job would give another result, so that older results are not reused.
 const FORMAT: u32 = 1;
@@ -102,16 +102,23 @@ impl Job {
         }
     }
 
+    fn rays_per_evaluation(&self) -> u64 {
+        self.built_technique()
+            .map_or(0, |technique| technique.rays_per_evaluation())
+    }
+
     /// Rays of its reference.
     pub fn reference_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
-        pixels * u64::from(self.spp) * (1 + self.rays_per_evaluation())
+        self.built_technique().map_or(0, |technique| {
+            let samples = u64::from(technique.reference_samples(self.spp));
+            pixels * samples * technique.rays_per_reference_sample()
+        })
     }
 
-    fn rays_per_evaluation(&self) -> u64 {
-        registry::technique(&self.technique)
-            .and_then(|entry| (entry.build)(&self.technique_parameters).ok())
-            .map_or(0, |technique| technique.rays_per_evaluation())
+    fn built_technique(&self) -> Option<Box<dyn Technique>> {
+        let entry = registry::technique(&self.technique)?;
+        (entry.build)(&self.technique_parameters).ok()
     }
 }
 

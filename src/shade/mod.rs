@@ -10,5 +10,5 @@ mod surface;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{LightSample, Lights};
-pub use path::{DIRECT_LIGHTING, PathTracer};
+pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};

@@ -219,6 +219,11 @@ impl Interaction<'_> {
         self.bsdf.pdf(self.local_view, local)
     }
 
+    /// See [`LocalBsdf::directional_albedo`].
+    pub fn directional_albedo(&self) -> Vec3 {
+        self.bsdf.directional_albedo(self.local_view)
+    }
+
     /// A world direction by importance; `None` absorbs the path.
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         let mut sample = self.bsdf.sample(self.local_view, u)?;

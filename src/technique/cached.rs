@@ -29,6 +29,9 @@ pub trait CachedTechnique: Technique {
     /// A random estimate of the function at every sample, for the contender without records; its
     /// samples count passes.
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
+
+    /// Adds to an image made from records what is not in them and costs all contenders the same.
+    fn finish(&self, _: &Frame, _: &mut Rendered) {}
 }
 
 /// A shading point that becomes a record.
@@ -66,6 +69,16 @@ pub trait CachedFunction: Sync {
 
     /// Bytes held by the records.
     fn bytes(&self) -> usize;
+
+    /// Values that were not finite and were left out of records.
+    fn non_finite(&self) -> u64 {
+        0
+    }
+
+    /// What is worth reporting of lookups.
+    fn found(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
 }
 
 /// The largest M: weights of a sample live on the stack.
@@ -144,6 +157,7 @@ pub fn render(
         }
         Method::PerSample(method) => per_sample::render(technique, frame, contender, method),
         Method::EnvironmentSampler(id, _) => Err(format!("cached techniques do not take {id}")),
+        Method::OnDemand(_) => Err("records are made on demand for irradiance only".into()),
     }
 }
 
@@ -201,7 +215,7 @@ fn render_setting(
     first: &dyn FirstStage,
     refinement: Option<&dyn Refinement>,
 ) -> Rendered {
-    let (_, frame, _) = job;
+    let (technique, frame, _) = job;
     let counter = RayCounter::default();
     let records = place_and_evaluate(job, &counter, (first, refinement));
     let shader = Shader {
@@ -215,7 +229,8 @@ fn render_setting(
     let points = &records.points;
     rendered.image = image;
     rendered.lookups = lookups;
-    rendered.non_finite = non_finite;
+    rendered.non_finite = non_finite + records.function.non_finite();
+    rendered.found.extend(records.function.found());
     rendered.records = records
         .sites
         .iter()
@@ -228,6 +243,7 @@ fn render_setting(
         .collect();
     rendered.rays = counter.read();
     rendered.bytes_peak = records.function.bytes() + frame.tracer.bytes() + points.bytes();
+    technique.finish(frame, &mut rendered);
     rendered
 }
 

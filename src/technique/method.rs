@@ -4,6 +4,7 @@ use serde::Deserialize;
 use toml::Table;
 
 use super::Distribution;
+use super::irradiance_caching::on_demand::{self, OnDemand};
 use crate::environment::EnvironmentSampler;
 use crate::registry::{
     self, About, Bias, Contenders, MethodEntry, Parameter, ParameterError, TechniqueEntry,
@@ -17,6 +18,8 @@ pub enum Method {
     PerSample(PerSample),
     /// A sampler of environment maps, and its canonical id.
     EnvironmentSampler(&'static str, EnvironmentSampler),
+    /// The classic irradiance cache.
+    OnDemand(OnDemand),
 }
 
 impl Method {
@@ -29,15 +32,15 @@ impl Method {
         id: &str,
         parameters: &Table,
     ) -> Result<Self, ParameterError> {
+        if let Some(other) = registry::other_method(technique.about.id, id) {
+            registry::check_keys(parameters, &[&other.about])?;
+            return (other.build)(parameters);
+        }
         match technique.contenders {
             Contenders::None => Err(ParameterError {
                 key: Some("id".into()),
                 message: format!("{} has one method only: reference", technique.about.id),
             }),
-            Contenders::Distributions if PER_SAMPLE.about.answers_to(id) => {
-                registry::check_keys(parameters, &[&PER_SAMPLE.about])?;
-                Ok(Self::PerSample(registry::parameters(parameters)?))
-            }
             Contenders::EnvironmentSamplers => {
                 let entry = registry::environment_sampler(id).ok_or_else(|| {
                     let known = registry::ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id);
@@ -64,6 +67,7 @@ impl Method {
             Self::Distribution(distribution) => &distribution.id,
             Self::PerSample(_) => PER_SAMPLE.about.id,
             Self::EnvironmentSampler(id, _) => id,
+            Self::OnDemand(_) => on_demand::ENTRY.about.id,
         }
     }
 
@@ -71,7 +75,7 @@ impl Method {
     pub fn needs_reference(&self) -> bool {
         match self {
             Self::Distribution(distribution) => !distribution.first.candidates().is_empty(),
-            Self::PerSample(_) | Self::EnvironmentSampler(..) => false,
+            Self::PerSample(_) | Self::OnDemand(_) | Self::EnvironmentSampler(..) => false,
         }
     }
 }
@@ -104,4 +108,6 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                       reach those of evaluating the budget's records, measured on 64 of them",
         }],
     },
+    techniques: &["ambient-occlusion", "irradiance-caching"],
+    build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
 };

@@ -9,6 +9,7 @@ pub mod cached;
 mod distribution;
 pub mod environment_lighting;
 mod frame;
+pub mod irradiance_caching;
 mod method;
 mod per_sample;
 pub mod truth;
@@ -45,6 +46,11 @@ pub trait Technique: Send + Sync {
 
     /// Rays traced for one evaluation of the function, for cost estimates.
     fn rays_per_evaluation(&self) -> u64;
+
+    /// Rays of one sample of the reference, for cost estimates.
+    fn rays_per_reference_sample(&self) -> u64 {
+        1 + self.rays_per_evaluation()
+    }
 
     /// Renders one contender.
     ///

@@ -202,6 +202,16 @@ impl Technique for EnvironmentLighting {
         2 * u64::from(self.parameters.reference_samples)
     }
 
+    /// All sub-pixel samples of a pass count as one.
+    fn rays_per_reference_sample(&self) -> u64 {
+        let Parameters {
+            reference_samples,
+            reference_passes,
+            ..
+        } = self.parameters;
+        1 + 2 * u64::from(reference_samples.div_ceil(reference_passes))
+    }
+
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
         let (illumination, sampler) = self.prepare(frame, contender)?;
         rendering::render(&illumination, &self.parameters, (sampler, contender))
