@@ -158,7 +158,7 @@ pub fn print(planned: &Planned) {
             job.width,
             job.height,
             job.spp,
-            job.budget(),
+            job.budget,
             if finished { "done" } else { "" }
         );
     }

@@ -56,7 +56,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     }
     let contender = Contender {
         method: &method,
-        caches: job.caches as usize,
+        budget: job.budget.amount() as usize,
         seed: job.seed,
         reference: None,
     };

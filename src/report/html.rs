@@ -72,15 +72,7 @@ pub fn page(
     let missing: Vec<String> = data
         .missing()
         .iter()
-        .map(|j| {
-            format!(
-                "{} · {} · {} · seed {}",
-                j.scene,
-                j.label,
-                j.budget(),
-                j.seed
-            )
-        })
+        .map(|j| format!("{} · {} · {} · seed {}", j.scene, j.label, j.budget, j.seed))
         .collect();
     let page = json!({
         "title": title,
@@ -154,7 +146,7 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
                 .collect();
             let job = jobs.first()?;
             let (least, most) = jobs.iter().fold((u64::MAX, 0), |(l, m), j| {
-                (l.min(j.caches), m.max(j.caches))
+                (l.min(j.budget.amount()), m.max(j.budget.amount()))
             });
             let budget = if least == most {
                 number::count(most)

@@ -15,6 +15,7 @@ mod figure;
 mod font;
 mod html;
 mod inset;
+mod light_map;
 mod number;
 mod overlay;
 mod pictures;
@@ -27,6 +28,8 @@ mod table_text;
 mod viewer;
 
 use std::path::{Path, PathBuf};
+
+pub use light_map::draw_lights;
 
 /// What a report consists of.
 #[derive(Clone, Debug, Default)]
