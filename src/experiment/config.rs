@@ -359,7 +359,7 @@ impl Source {
     }
 
     /// Parses the text as written.
-    pub fn parse(&self) -> Result<Config, ConfigError> {
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
         toml::from_str(&self.text).map_err(|error| {
             let offset = error.span().map_or(0, |s| s.start);
             self.error_at(offset, error.message().to_owned())

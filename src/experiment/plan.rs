@@ -135,7 +135,7 @@ impl Job {
 
 /// Plans one config under overrides. With several values anywhere, every combination is planned.
 pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), ConfigError> {
-    let written = source.parse()?;
+    let written: Config = source.parse()?;
     let single: Vec<(String, Value)> = overrides
         .iter()
         .filter(|o| o.values.len() == 1)
@@ -157,7 +157,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         name: base.name.clone(),
         title: base.title.clone(),
         configs: vec![source.file.clone()],
-        overrides: Vec::new(),
+        overrides: overrides.iter().map(Override::to_string).collect(),
         jobs: Vec::new(),
         notes: Vec::new(),
     };
