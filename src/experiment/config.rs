@@ -271,7 +271,7 @@ pub struct ClaimSpec {
     pub place: String,
     /// For example `rmse(VGC+DGS) < rmse(VGC)`; judged for every scene and swept value.
     pub expect: String,
-    /// Scenes it is about (resolved, asked-for or paper names); default all.
+    /// Scenes it is about (names of rows, or the paper's); default all.
     #[serde(default)]
     pub scenes: Vec<String>,
 }
