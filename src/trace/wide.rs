@@ -89,7 +89,7 @@ impl RayTree for WideTree {
 
     fn scratch(&self) -> Scratch {
         Scratch {
-            children: vec![0; self.stack_entries],
+            children: vec![0; self.stack_entries + 8],
             sorted: vec![0; self.stack_entries],
             tiles: vec![Waiting::default(); self.stack_entries],
         }
