@@ -120,7 +120,9 @@ fn report(scene: &Scene, is_quick: bool) -> Vec<Row> {
             tracer.bytes() as f64 / scene.triangles.len() as f64,
         );
     }
-    println!("\n| Mrays per CPU-second | obvhs | single | × obvhs | bundle | × obvhs | 2 threads | hits |");
+    println!(
+        "\n| Mrays per CPU-second | obvhs | single | × obvhs | bundle | × obvhs | 2 threads | hits |"
+    );
     println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     let measured = |set| {
         let row = measure(set, &portable, &wide);
@@ -152,7 +154,11 @@ fn measure(set: Set, portable: &Tracer, wide: &Tracer) -> Row {
 
 fn print_row(row: &Row, two_threads: Option<f64>) {
     let [obvhs, single, bundle] = row.rate;
-    print!("| {} | {obvhs:.2} | {single:.2} | {:.2} ", row.set.name, single / obvhs);
+    print!(
+        "| {} | {obvhs:.2} | {single:.2} | {:.2} ",
+        row.set.name,
+        single / obvhs
+    );
     if row.set.work.has_bundles() {
         print!("| {bundle:.2} | {:.2} ", bundle / obvhs);
     } else {
@@ -160,7 +166,11 @@ fn print_row(row: &Row, two_threads: Option<f64>) {
     }
     let [a, b, c] = row.hits;
     let are_equal = a == b && (b == c || !row.set.work.has_bundles());
-    let hits = if are_equal { format!("{a}") } else { format!("{:?}", row.hits) };
+    let hits = if are_equal {
+        format!("{a}")
+    } else {
+        format!("{:?}", row.hits)
+    };
     let scaling = two_threads.map_or("–".into(), |s| format!("{s:.2} ×"));
     println!("| {scaling} | {hits} |");
 }

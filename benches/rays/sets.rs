@@ -140,10 +140,7 @@ pub fn ray_sets(scene: &Scene, tracer: &Tracer) -> Vec<Set> {
         ),
         set("bounce, any", Work::Occluded(scattered)),
         set("record, closest", Work::BundlesClosest(records())),
-        set(
-            "record, any, 0.1 D",
-            Work::BundlesOccluded(records(), near),
-        ),
+        set("record, any, 0.1 D", Work::BundlesOccluded(records(), near)),
         set(
             "record, any",
             Work::BundlesOccluded(records(), f32::INFINITY),

@@ -49,8 +49,14 @@ impl Beam {
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
     pub fn new(ray: &Ray) -> Self {
+        Self::with_scale(ray, ray.direction.to_array().map(reciprocal))
+    }
+
+    /// As [`Beam::new`] with the reciprocals of the direction at hand.
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn with_scale(ray: &Ray, scale: [f32; 3]) -> Self {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let scale = d.map(reciprocal);
         let shift = |slack: f32| {
             let each = |a: usize| o[a] * scale[a] + (o[a] * scale[a]).abs() * slack;
             Vec3x8::splat([each(0), each(1), each(2)])
@@ -182,11 +188,13 @@ pub fn occluded(tree: &WideTree, beam: &Beam, child: u32, stack: &mut [u32]) -> 
             let node = tree.node(child);
             let (_, entered) = beam.boxes(node, beam.t_max);
             if entered != 0 {
-                child = node.children[entered.trailing_zeros() as usize & 7];
+                let lowest = |lanes: u32| node.children[lanes.trailing_zeros() as usize & 7];
                 let rest = entered & (entered - 1);
                 push(node, rest, &mut stack[waiting..]);
                 waiting += rest.count_ones() as usize;
-                tree.prefetch(node.children[rest.trailing_zeros() as usize & 7]);
+                tree.prefetch(lowest(rest));
+                tree.prefetch(lowest(rest & rest.wrapping_sub(1)));
+                child = lowest(entered);
                 continue;
             }
         } else if beam.crossing(tree.block(child)).hits(t_min, t_max) != 0 {
@@ -247,9 +255,9 @@ pub fn closest(
             let node = tree.node(child);
             let (near, entered) = beam.boxes(node, t_max);
             if entered != 0 {
-                let count = push_sorted(node, near, entered, &mut stack[waiting..]);
-                waiting += count - 1;
-                child = stack[waiting] as u32;
+                let (nearest, others) = push_sorted(node, near, entered, &mut stack[waiting..]);
+                waiting += others;
+                child = nearest;
                 tree.prefetch(stack[waiting.saturating_sub(1)] as u32);
                 continue;
             }
@@ -271,11 +279,16 @@ pub fn closest(
     }
 }
 
-/// Writes the entered children from the farthest to the nearest and returns their number, which is
-/// not 0. Up to three, nearly always, are sorted without a branch.
+/// The nearest of the entered children, of which there is one at least, and how many others it has
+/// written to `top`, from the farthest to the nearest. Up to three, nearly always, are sorted without
+/// a branch.
 #[inline]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn push_sorted(node: &Node, near: __m256i, entered: u32, top: &mut [u64]) -> usize {
+fn push_sorted(node: &Node, near: __m256i, entered: u32, top: &mut [u64]) -> (u32, usize) {
+    let count = entered.count_ones() as usize;
+    if count == 1 {
+        return (node.children[entered.trailing_zeros() as usize & 7], 0);
+    }
     let near = store(_mm256_castsi256_ps(near));
     let mut left = entered;
     let mut key = || {
@@ -283,21 +296,19 @@ fn push_sorted(node: &Node, near: __m256i, entered: u32, top: &mut [u64]) -> usi
         left &= left.wrapping_sub(1);
         u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])
     };
-    let count = entered.count_ones() as usize;
-    let a = key();
-    if count == 1 {
-        top[0] = a;
-        return 1;
-    }
-    let b = key();
+    let (a, b) = (key(), key());
     let (a, b) = (a.max(b), a.min(b));
     if count == 2 {
-        top[..2].copy_from_slice(&[a, b]);
-        return 2;
+        top[0] = a;
+        return (b as u32, 1);
     }
     let c = key();
     let (b, c) = (b.max(c), b.min(c));
     let (a, b) = (a.max(b), a.min(b));
+    if count == 3 {
+        top[..2].copy_from_slice(&[a, b]);
+        return (c as u32, 2);
+    }
     top[..3].copy_from_slice(&[a, b, c]);
     for count in 3..count {
         let next = key();
@@ -308,7 +319,7 @@ fn push_sorted(node: &Node, near: __m256i, entered: u32, top: &mut [u64]) -> usi
         }
         top[at] = next;
     }
-    count
+    (top[count - 1] as u32, count - 1)
 }
 
 /// Replaces `best` by the nearest of a block's hits in `(limits[0], limits[1]]` if that is nearer,

@@ -89,6 +89,7 @@ impl RayTree for WideTree {
 
     fn scratch(&self) -> Scratch {
         Scratch {
+            // A push writes eight entries, whatever it needs.
             children: vec![0; self.stack_entries + 8],
             sorted: vec![0; self.stack_entries],
             tiles: vec![Waiting::default(); self.stack_entries],
