@@ -1,7 +1,7 @@
 //! The one table of methods.
 
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
-use crate::technique::{Technique, ambient_occlusion, truth};
+use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, truth};
 
 /// All techniques.
 pub const TECHNIQUES: &[TechniqueEntry] =
@@ -12,6 +12,9 @@ pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY]
 
 /// All refinements of placement.
 pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
+
+/// Methods that are no distributions.
+pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE];
 
 /// The technique with this id or alias, in any case.
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
@@ -97,6 +100,26 @@ pub struct RefinementEntry {
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
 }
 
+/// A method that is neither: it is built where it runs.
+pub struct MethodEntry {
+    pub about: About,
+}
+
+/// Refuses parameters that none of the entries declares.
+pub fn check_keys(table: &toml::Table, abouts: &[&About]) -> Result<(), ParameterError> {
+    let known: Vec<&str> = abouts
+        .iter()
+        .flat_map(|about| about.parameters.iter().map(|p| p.key))
+        .collect();
+    match table.keys().find(|key| !known.contains(&key.as_str())) {
+        None => Ok(()),
+        Some(key) => Err(ParameterError {
+            key: Some(key.clone()),
+            message: format!("unknown parameter `{key}`; known: {}", known.join(", ")),
+        }),
+    }
+}
+
 /// Deserializes a parameter struct, naming the key at fault.
 pub fn parameters<T: serde::de::DeserializeOwned>(
     table: &toml::Table,
@@ -107,10 +130,18 @@ pub fn parameters<T: serde::de::DeserializeOwned>(
     })
 }
 
+/// Which methods a technique compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contenders {
+    /// None: `reference` is the only method.
+    None,
+    /// Cache distributions, and the function itself at every sample.
+    Distributions,
+}
+
 /// A technique.
 pub struct TechniqueEntry {
     pub about: About,
     pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
-    /// Whether contenders are cache distributions; otherwise `reference` is the only method.
-    pub distributions: bool,
+    pub contenders: Contenders,
 }

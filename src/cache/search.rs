@@ -100,15 +100,29 @@ impl RecordSearch {
         normals: &[Vec3],
         value: impl Fn(usize, &[Neighbour]) -> T + Sync,
     ) -> Vec<T> {
+        let value = |(): &mut (), query: usize, found: &[Neighbour]| value(query, found);
+        self.map_with(positions, normals, (|| (), value))
+    }
+
+    /// As [`RecordSearch::map`], with something made once for each task and handed to `value`.
+    pub fn map_with<T: Send + Clone + Default, S>(
+        &self,
+        positions: &[Vec3],
+        normals: &[Vec3],
+        (make, value): (
+            impl Fn() -> S + Sync + Send,
+            impl Fn(&mut S, usize, &[Neighbour]) -> T + Sync,
+        ),
+    ) -> Vec<T> {
         let mut values = vec![T::default(); positions.len().min(normals.len())];
         values.par_chunks_mut(CHUNK).enumerate().for_each_init(
-            Workspace::default,
-            |space, (chunk, out)| {
+            || (Workspace::default(), make()),
+            |(space, own), (chunk, out)| {
                 let first = chunk * CHUNK;
                 let range = first..first + out.len();
                 let (p, n) = (&positions[range.clone()], &normals[range]);
                 self.answer_chunk(space, (p, n), |i, found| {
-                    out[i] = value(first + i, found);
+                    out[i] = value(own, first + i, found);
                 });
             },
         );

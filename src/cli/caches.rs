@@ -3,14 +3,15 @@
 use super::args::CachesArgs;
 use super::exit::{self, Failure};
 use super::render::Prepared;
+use crate::technique::Method;
 
 /// Writes `x,y,z,nx,ny,nz,px,py,stage`: scene units in the scene's own frame, pixels from the top
 /// left, stage 0 for the first stage and 1 for the refinement.
 pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
     let prepared = Prepared::new(&args.contender)?;
-    if prepared.distribution.is_none() {
+    if !matches!(prepared.method, Some(Method::Distribution(_))) {
         return Err(Failure::usage(
-            "the reference has no records; name a distribution with --method",
+            "only distributions have records; name one with --method",
         ));
     }
     let rendered = prepared.render()?;

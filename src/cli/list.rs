@@ -2,17 +2,28 @@
 
 use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
-use crate::registry::{About, Bias, FIRST_STAGES, REFINEMENTS, TECHNIQUES};
+use crate::registry::{About, Bias, FIRST_STAGES, OTHER_METHODS, REFINEMENTS, TECHNIQUES};
 use crate::scene::{find_scene, shipped_scenes};
 
-const KINDS: [&str; 4] = ["techniques", "distributions", "refinements", "scenes"];
+const KINDS: [&str; 5] = [
+    "techniques",
+    "distributions",
+    "refinements",
+    "methods",
+    "scenes",
+];
 
 /// Kind, and every entry of it.
 fn entries() -> Vec<(&'static str, &'static About)> {
     let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
     let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
     let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
-    techniques.chain(first).chain(refinements).collect()
+    let others = OTHER_METHODS.iter().map(|e| ("methods", &e.about));
+    techniques
+        .chain(first)
+        .chain(refinements)
+        .chain(others)
+        .collect()
 }
 
 /// One line an entry.

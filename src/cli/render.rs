@@ -14,7 +14,7 @@ use crate::image::{Attributes, Image, Layer, write_exr, write_png};
 use crate::registry::{self, TechniqueEntry};
 use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_scene};
 use crate::technique::{
-    Contender, Distribution, Frame, Rendered, Stages, Technique, cached, reference_pass,
+    Contender, Film, Frame, Method, Rendered, Stages, Technique, reference_pass,
 };
 use crate::trace::{RayCounter, Tracer};
 
@@ -22,7 +22,7 @@ use crate::trace::{RayCounter, Tracer};
 pub struct Prepared {
     pub technique: Box<dyn Technique>,
     /// `None` for the method `reference`.
-    pub distribution: Option<Distribution>,
+    pub method: Option<Method>,
     pub scene: Scene,
     tracer: Tracer,
     size: [usize; 2],
@@ -38,16 +38,10 @@ impl Prepared {
         set_threads(args.threads)?;
         let entry = technique_entry(&args.technique)?;
         let mut description = find_scene(&args.scene)?;
-        let (method, technique) = settings(args, entry, &mut description)?;
+        let (parameters, technique) = settings(args, entry, &mut description)?;
         let technique = (entry.build)(&technique)?;
         let is_reference = args.method.eq_ignore_ascii_case("reference");
-        if !is_reference && !entry.distributions {
-            return Err(Failure::usage(format!(
-                "{} has one method only: reference",
-                entry.about.id
-            )));
-        }
-        if let Some(key) = method.keys().next().filter(|_| is_reference) {
+        if let Some(key) = parameters.keys().next().filter(|_| is_reference) {
             let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
             return Err(Failure::usage(format!(
                 "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, environment of the scene",
@@ -55,9 +49,9 @@ impl Prepared {
                 known.join(", ")
             )));
         }
-        let distribution = match is_reference {
+        let method = match is_reference {
             true => None,
-            false => Some(Distribution::new(&args.method, &method)?),
+            false => Some(Method::new(entry, &args.method, &parameters)?),
         };
         let view = match &args.view {
             None => 0,
@@ -87,7 +81,7 @@ impl Prepared {
         let of_paper = (size[0] * size[1]) as f64 * 120_000.0 / (1920.0 * 1080.0);
         Ok(Self {
             technique,
-            distribution,
+            method,
             scene,
             tracer,
             size,
@@ -99,31 +93,32 @@ impl Prepared {
     }
 
     pub fn frame(&self) -> Frame<'_> {
-        Frame {
-            scene: &self.scene,
-            tracer: &self.tracer,
-            view: &self.scene.views[self.view],
+        let film = Film {
             width: self.size[0],
             height: self.size[1],
             spp: self.spp,
-        }
+        };
+        let view = &self.scene.views[self.view];
+        Frame::new((&self.scene, &self.tracer), view, film)
     }
 
     /// Renders the contender, or the exact function.
     pub fn render(&self) -> Result<Rendered, Failure> {
         let frame = self.frame();
-        let Some(distribution) = &self.distribution else {
+        let Some(method) = &self.method else {
             return Ok(exact(self.technique.as_ref(), &frame));
         };
-        let needs_choice = !distribution.first.candidates().is_empty();
-        let reference = needs_choice.then(|| exact(self.technique.as_ref(), &frame).image);
+        let exact = || exact(self.technique.as_ref(), &frame).image;
+        let reference = method.needs_reference().then(exact);
         let contender = Contender {
-            distribution,
+            method,
             caches: self.caches,
             seed: self.seed,
             reference: reference.as_ref(),
         };
-        cached::render(self.technique.as_ref(), &frame, &contender).map_err(Failure::job)
+        self.technique
+            .render(&frame, &contender)
+            .map_err(Failure::job)
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
-use crate::experiment::{Store, build_technique, frame_of, load_scene};
-use crate::technique::{Contender, Distribution, cached};
+use crate::experiment::{Store, build_method, build_technique, frame_of, load_scene};
+use crate::technique::Contender;
 use crate::trace::{RayCounter, Tracer};
 
 /// Renders the job's records again and traces one pixel through them.
@@ -50,13 +50,12 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let scene = load_scene(job, technique.as_ref())?;
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
     let frame = frame_of(job, (&scene, &tracer))?;
-    let distribution = Distribution::new(&job.method, &job.method_parameters)?;
-    let needs_choice = !distribution.first.candidates().is_empty();
-    if needs_choice {
+    let method = build_method(job)?;
+    if method.needs_reference() {
         eprintln!("note: this method picks a setting by error; the first setting is replayed");
     }
     let contender = Contender {
-        distribution: &distribution,
+        method: &method,
         caches: job.caches as usize,
         seed: job.seed,
         reference: None,
@@ -66,8 +65,9 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         "job {id}: {} {} seed {}, pixel {x},{y}",
         job.scene, job.label, job.seed
     );
-    let lines =
-        cached::replay(technique.as_ref(), &frame, &contender, pixel).map_err(Failure::job)?;
+    let lines = technique
+        .replay(&frame, &contender, pixel)
+        .map_err(Failure::job)?;
     lines.iter().for_each(|line| println!("{line}"));
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);

@@ -9,9 +9,9 @@ use toml::{Table, Value};
 use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
-use crate::registry;
+use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{SceneDescription, find_scene};
-use crate::technique::Distribution;
+use crate::technique::Method;
 
 /// Changes whenever the same job would give another result, so that older results are not reused.
 const FORMAT: u32 = 1;
@@ -191,7 +191,7 @@ impl Planner<'_> {
             );
             self.source.error(&["technique"], message)
         })?;
-        if !technique.distributions {
+        if technique.contenders == Contenders::None {
             let message = format!(
                 "{} has no contenders to compare; use `lightbench render`",
                 technique.about.id
@@ -207,7 +207,7 @@ impl Planner<'_> {
                 .source
                 .error(&["spp"], "spp and repeats must be at least 1".into()));
         }
-        let methods = self.methods()?;
+        let methods = self.methods(technique)?;
         for (index, choice) in config.scene.iter().enumerate() {
             let index = index.to_string();
             let (found, description) = match find_scene(&choice.name) {
@@ -240,7 +240,10 @@ impl Planner<'_> {
     }
 
     /// Method id, label and parameters, all checked.
-    fn methods(&self) -> Result<Vec<(String, String, Table)>, ConfigError> {
+    fn methods(
+        &self,
+        technique: &TechniqueEntry,
+    ) -> Result<Vec<(String, String, Table)>, ConfigError> {
         if self.config.method.is_empty() {
             return Err(self
                 .source
@@ -264,18 +267,18 @@ impl Planner<'_> {
                     "a method needs an id, for example id = \"VGC+DGS\"".into(),
                 )
             })?;
-            let distribution = Distribution::new(&id, &parameters).map_err(|error| {
+            let method = Method::new(technique, &id, &parameters).map_err(|error| {
                 let key = error.key.as_deref().unwrap_or("id");
                 self.source.error(&["method", &index, key], error.message)
             })?;
-            let label = label.unwrap_or_else(|| distribution.id.clone());
+            let label = label.unwrap_or_else(|| method.id().to_owned());
             if methods.iter().any(|(_, known, _)| *known == label) {
                 return Err(self.source.error(
                     &["method", &index],
                     format!("two methods are called `{label}`; give one of them another label"),
                 ));
             }
-            methods.push((distribution.id, label, parameters));
+            methods.push((method.id().to_owned(), label, parameters));
         }
         Ok(methods)
     }

@@ -11,9 +11,9 @@ use super::reference::{Reference, ReferenceStore};
 use super::{Config, Job, Plan, Row, Store, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::metric::{CompareOptions, Comparison, compare};
-use crate::registry;
+use crate::registry::{self, TechniqueEntry};
 use crate::scene::{Scene, find_scene};
-use crate::technique::{Contender, Distribution, Frame, Rendered, Technique, cached};
+use crate::technique::{Contender, Film, Frame, Method, Rendered, Technique};
 use crate::trace::Tracer;
 
 /// Where results go and what to do about failures.
@@ -174,15 +174,15 @@ impl Runner {
         };
         row.describe(job, &self.experiment);
         let start = Instant::now();
-        let distribution = match Distribution::new(&job.method, &job.method_parameters) {
-            Ok(distribution) => distribution,
+        let method = match build_method(job) {
+            Ok(method) => method,
             Err(error) => {
                 row.status = format!("failed: {error}");
                 return (row, None);
             }
         };
         let contender = Contender {
-            distribution: &distribution,
+            method: &method,
             caches: job.caches as usize,
             seed: job.seed,
             reference: Some(&reference.mean),
@@ -192,7 +192,7 @@ impl Runner {
             maps: true,
             ..CompareOptions::default()
         };
-        let result = cached::render(technique, frame, &contender).and_then(|rendered| {
+        let result = technique.render(frame, &contender).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
             self.progress.spend("settings not kept", uncharged);
             self.progress
@@ -224,10 +224,19 @@ impl Runner {
 
 /// The technique of a job with its parameters.
 pub fn build_technique(job: &Job) -> Result<Box<dyn Technique>, RunError> {
-    let entry = registry::technique(&job.technique).ok_or_else(|| {
-        RunError::Technique(format!("no technique is called `{}`", job.technique))
-    })?;
-    (entry.build)(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
+    let build = technique_of(job)?.build;
+    build(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
+}
+
+/// The method of a job with its parameters.
+pub fn build_method(job: &Job) -> Result<Method, RunError> {
+    Method::new(technique_of(job)?, &job.method, &job.method_parameters)
+        .map_err(|e| RunError::Technique(e.to_string()))
+}
+
+fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
+    registry::technique(&job.technique)
+        .ok_or_else(|| RunError::Technique(format!("no technique is called `{}`", job.technique)))
 }
 
 /// The scene of a job, with only what the technique needs.
@@ -249,14 +258,12 @@ pub fn frame_of<'a>(
         .iter()
         .find(|v| v.name == job.view)
         .ok_or_else(|| RunError::Technique(format!("{} has no view `{}`", job.scene, job.view)))?;
-    Ok(Frame {
-        scene,
-        tracer,
-        view,
+    let film = Film {
         width: job.width,
         height: job.height,
         spp: job.spp,
-    })
+    };
+    Ok(Frame::new((scene, tracer), view, film))
 }
 
 fn fill(

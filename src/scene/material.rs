@@ -76,4 +76,14 @@ impl Material {
             bump: None,
         }
     }
+    /// Whether light can pass or be mirrored without being scattered, so that what the camera sees
+    /// lies behind this surface.
+    pub fn is_specular(&self) -> bool {
+        let delta = match self.bsdf {
+            Bsdf::Conductor { alpha, .. } => alpha <= 0.0,
+            Bsdf::Dielectric { .. } => true,
+            Bsdf::Diffuse { .. } | Bsdf::Plastic { .. } => false,
+        };
+        delta || self.opacity.is_some()
+    }
 }

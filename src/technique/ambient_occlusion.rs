@@ -9,12 +9,20 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{CachedFunction, Frame, Lookup, ShadingFunction, Site, Technique};
+use super::cached::{self, CachedTechnique};
+use super::{
+    CachedFunction, Contender, Frame, Lookup, RecordSite, Rendered, Seen, ShadingFunction, Site,
+    Technique,
+};
 use crate::cache::Neighbour;
-use crate::registry::{self, About, Bias, Parameter, ParameterError, TechniqueEntry};
-use crate::sample::{Frame as LocalFrame, equal_area_hemisphere};
+use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
+use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
 use crate::scene::{Needs, Scene};
-use crate::trace::{Caster, RayCounter, offset_origin};
+use crate::shade::bsdf::cosine_sample;
+use crate::trace::{Caster, Ray, RayCounter, offset_origin};
+
+/// Keys the directions of the random estimate.
+const STREAM: u64 = 0x616f_7261_7973;
 
 /// The registry's entry.
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
@@ -54,7 +62,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         let technique = AmbientOcclusion::new(registry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
-    distributions: true,
+    contenders: Contenders::Distributions,
 };
 
 /// Parameters of the technique, shared by reference and contenders.
@@ -156,16 +164,78 @@ impl Technique for AmbientOcclusion {
         self.directions.len() as u64
     }
 
-    fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)> {
+    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
+        cached::render(self, frame, contender)
+    }
+
+    fn replay(
+        &self,
+        frame: &Frame,
+        contender: &Contender,
+        pixel: u32,
+    ) -> Result<Vec<String>, String> {
+        cached::replay(self, frame, contender, pixel)
+    }
+}
+
+impl CachedTechnique for AmbientOcclusion {
+    fn function<'a>(
+        &'a self,
+        frame: &'a Frame<'a>,
+        _: u64,
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
         let records = VisibilityRecords {
-            directions: self.directions.clone(),
-            distance: self.distance(frame),
-            diagonal: frame.scene.diagonal,
+            frame,
+            gatherer: self.gatherer(frame),
             words: self.directions.len().div_ceil(64),
             values: Vec::new(),
             occluded: Vec::new(),
         };
-        Some((Box::new(records), self.parameters.lookup))
+        (Box::new(records), self.parameters.lookup)
+    }
+
+    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(SampledOcclusion {
+            frame,
+            distance: self.distance(frame),
+            seed,
+        })
+    }
+}
+
+/// Ambient occlusion by one random ray, distributed by the cosine.
+struct SampledOcclusion<'a> {
+    frame: &'a Frame<'a>,
+    distance: f32,
+    seed: u64,
+}
+
+impl ShadingFunction for SampledOcclusion<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, pass): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let frame = self.frame;
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let open = frame
+                .look(caster, pixel, pass % frame.spp)
+                .is_none_or(|seen| {
+                    let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(pass));
+                    let local = cosine_sample([rng.next_f32(), rng.next_f32()]);
+                    let site = seen.site;
+                    let side =
+                        offset_origin(site.position, site.geometric_normal, frame.scene.diagonal);
+                    let direction = LocalFrame::from_normal(site.normal).to_world(local);
+                    !caster.occluded(&Ray {
+                        t_max: self.distance,
+                        ..Ray::new(side, direction)
+                    })
+                });
+            *value = [f32::from(u8::from(open)); 3];
+        }
+        0
     }
 }
 
@@ -184,9 +254,9 @@ impl ShadingFunction for ExactOcclusion<'_> {
     ) -> u64 {
         let mut scratch = Scratch::new(self.gatherer.directions.len());
         for (pixel, value) in (first_pixel..).zip(out) {
-            let ray = self.frame.camera_ray(pixel, sample);
-            let occlusion = self.frame.site(caster, &ray).map_or(1.0, |(site, _)| {
-                self.gatherer.gather(caster, &site, &mut scratch)
+            let seen = self.frame.look(caster, pixel, sample);
+            let occlusion = seen.map_or(1.0, |seen| {
+                self.gatherer.gather(caster, &seen.site, &mut scratch)
             });
             *value = [occlusion; 3];
         }
@@ -236,23 +306,18 @@ impl Gatherer<'_> {
 }
 
 /// The records of one job.
-struct VisibilityRecords {
-    directions: Vec<Vec3>,
-    distance: f32,
-    diagonal: f32,
+struct VisibilityRecords<'a> {
+    frame: &'a Frame<'a>,
+    gatherer: Gatherer<'a>,
     /// 64-bit words per record.
     words: usize,
     values: Vec<f32>,
     occluded: Vec<u64>,
 }
 
-impl CachedFunction for VisibilityRecords {
-    fn evaluate(&mut self, frame: &Frame, sites: &[Site], counter: &RayCounter) {
-        let gatherer = Gatherer {
-            directions: &self.directions,
-            distance: self.distance,
-            diagonal: self.diagonal,
-        };
+impl CachedFunction for VisibilityRecords<'_> {
+    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter) {
+        let (frame, gatherer) = (self.frame, &self.gatherer);
         let first = self.values.len();
         self.values.resize(first + sites.len(), 0.0);
         self.occluded.resize((first + sites.len()) * self.words, 0);
@@ -264,8 +329,8 @@ impl CachedFunction for VisibilityRecords {
             .for_each(|((values, occluded), sites)| {
                 let caster = frame.tracer.caster(counter);
                 let mut scratch = Scratch::new(gatherer.directions.len());
-                for (i, site) in sites.iter().enumerate() {
-                    values[i] = gatherer.gather(&caster, site, &mut scratch);
+                for (i, record) in sites.iter().enumerate() {
+                    values[i] = gatherer.gather(&caster, &record.site, &mut scratch);
                     occluded[i * self.words..][..self.words].copy_from_slice(&scratch.occluded);
                 }
             });
@@ -281,7 +346,15 @@ impl CachedFunction for VisibilityRecords {
         differing as f32
     }
 
-    fn interpolate(&self, _site: &Site, neighbours: &[Neighbour], weights: &[f32]) -> [f32; 3] {
+    fn shade(
+        &self,
+        _: &Caster,
+        _: &Seen,
+        (neighbours, weights): (&[Neighbour], &[f32]),
+    ) -> [f32; 3] {
+        if neighbours.is_empty() {
+            return self.background();
+        }
         let value: f32 = neighbours
             .iter()
             .zip(weights)

@@ -4,25 +4,62 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Contender, Frame, PlacedRecord, Rendered, Site, Stages, Technique, shading_points};
+use super::{
+    Contender, Distribution, Frame, Method, PlacedRecord, Rendered, Seen, ShadingFunction, Site,
+    Stages, Technique, per_sample, shading_points,
+};
 use crate::cache::{
     DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints, inverse_distance_weights,
 };
 use crate::image::Image;
 use crate::metric::pixel_errors;
-use crate::placement::{FirstStage, Refinable};
-use crate::trace::RayCounter;
+use crate::placement::{FirstStage, Refinable, Refinement};
+use crate::trace::{Caster, RayCounter};
+
+/// A technique whose contenders are records of one function.
+pub trait CachedTechnique: Technique {
+    /// The function without records, for one job, and its run-time rule. `seed` keys random choices
+    /// of its records.
+    fn function<'a>(
+        &'a self,
+        frame: &'a Frame<'a>,
+        seed: u64,
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup);
+
+    /// A random estimate of the function at every sample, for the contender without records; its
+    /// samples count passes.
+    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
+}
+
+/// A shading point that becomes a record.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordSite {
+    pub site: Site,
+    /// The pixel whose centre sees it; its camera ray tells direction and material.
+    pub pixel: u32,
+}
+
+impl RecordSite {
+    /// A shading point by its index.
+    pub fn of(points: &ShadingPoints, point: u32) -> Self {
+        Self {
+            site: Site::of(points, point),
+            pixel: points.pixel[point as usize],
+        }
+    }
+}
 
 /// A function that is evaluated at few records and interpolated everywhere else.
 pub trait CachedFunction: Sync {
     /// Evaluates at `sites` and appends the records.
-    fn evaluate(&mut self, frame: &Frame, sites: &[Site], counter: &RayCounter);
+    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter);
 
     /// Summed absolute difference of the gathering samples of two records.
     fn difference(&self, a: u32, b: u32) -> f32;
 
-    /// The value at a site from its neighbours; `weights` sum to 1 and are parallel to them.
-    fn interpolate(&self, site: &Site, neighbours: &[Neighbour], weights: &[f32]) -> [f32; 3];
+    /// The value of a camera sample from its neighbours and their weights, which sum to 1. There
+    /// are none when the lookup misses: no record, or none that may be used.
+    fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3];
 
     /// The value where the camera sees no surface.
     fn background(&self) -> [f32; 3];
@@ -92,25 +129,44 @@ impl Lookup {
     }
 }
 
-/// Renders a contender of a cached technique. Where the method leaves a setting to be picked by
-/// error, every setting is rendered and the one with the least RMSE against the reference is kept;
-/// the cost of the others is not charged, as in the paper.
+/// Renders a contender of a cached technique.
+///
+/// # Errors
+/// A choice of settings without a reference.
 pub fn render(
-    technique: &dyn Technique,
+    technique: &dyn CachedTechnique,
     frame: &Frame,
     contender: &Contender,
 ) -> Result<Rendered, String> {
-    let candidates = contender.distribution.first.candidates();
+    match contender.method {
+        Method::Distribution(distribution) => {
+            render_distribution(technique, frame, contender, distribution)
+        }
+        Method::PerSample(method) => per_sample::render(technique, frame, contender, method),
+    }
+}
+
+/// Where the method leaves a setting to be picked by
+/// error, every setting is rendered and the one with the least RMSE against the reference is kept;
+/// the cost of the others is not charged, as in the paper.
+fn render_distribution(
+    technique: &dyn CachedTechnique,
+    frame: &Frame,
+    contender: &Contender,
+    distribution: &Distribution,
+) -> Result<Rendered, String> {
+    let candidates = distribution.first.candidates();
+    let refinement = distribution.refinement.as_deref();
+    let job = (technique, frame, contender);
     if candidates.is_empty() {
-        let first = contender.distribution.first.as_ref();
-        return render_setting(technique, frame, contender, first);
+        return Ok(render_setting(job, distribution.first.as_ref(), refinement));
     }
     let reference = contender
         .reference
         .ok_or("a per-scene choice of settings needs a reference; name one setting instead")?;
     let mut best: Option<(f64, Rendered)> = None;
     for first in &candidates {
-        let rendered = render_setting(technique, frame, contender, first.as_ref())?;
+        let rendered = render_setting(job, first.as_ref(), refinement);
         let error = pixel_errors(reference, &rendered.image).mse;
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, rendered));
@@ -125,8 +181,8 @@ pub fn render(
 }
 
 /// Finished records of one setting, ready to be looked up.
-struct Records {
-    function: Box<dyn CachedFunction>,
+struct Records<'a> {
+    function: Box<dyn CachedFunction + 'a>,
     search: RecordSearch,
     points: ShadingPoints,
     /// Indices into `points`; the first `first_count` are of the first stage.
@@ -136,14 +192,17 @@ struct Records {
     rendered: Rendered,
 }
 
+/// What a setting is rendered for.
+type Job<'a> = (&'a dyn CachedTechnique, &'a Frame<'a>, &'a Contender<'a>);
+
 fn render_setting(
-    technique: &dyn Technique,
-    frame: &Frame,
-    contender: &Contender,
+    job: Job,
     first: &dyn FirstStage,
-) -> Result<Rendered, String> {
+    refinement: Option<&dyn Refinement>,
+) -> Rendered {
+    let (_, frame, _) = job;
     let counter = RayCounter::default();
-    let records = place_and_evaluate((technique, frame, &counter), contender, first)?;
+    let records = place_and_evaluate(job, &counter, (first, refinement));
     let shader = Shader {
         frame,
         function: records.function.as_ref(),
@@ -159,32 +218,28 @@ fn render_setting(
     rendered.records = records
         .sites
         .iter()
-        .zip(select(points, &records.sites))
         .enumerate()
-        .map(|(i, (&point, site))| PlacedRecord {
-            site,
+        .map(|(i, &point)| PlacedRecord {
+            site: Site::of(points, point),
             pixel: points.pixel[point as usize],
             stage: u8::from(i >= records.first_count),
         })
         .collect();
     rendered.rays = counter.read();
     rendered.bytes_peak = records.function.bytes() + frame.tracer.bytes() + points.bytes();
-    Ok(rendered)
+    rendered
 }
 
 /// Everything before the image: both stages of placement, evaluation and the search structure.
-fn place_and_evaluate(
-    (technique, frame, counter): (&dyn Technique, &Frame, &RayCounter),
-    contender: &Contender,
-    first: &dyn FirstStage,
-) -> Result<Records, String> {
-    let (mut function, lookup) = technique
-        .cached(frame)
-        .ok_or("this technique has no records")?;
+fn place_and_evaluate<'a>(
+    (technique, frame, contender): Job<'a>,
+    counter: &RayCounter,
+    (first, refinement): (&dyn FirstStage, Option<&dyn Refinement>),
+) -> Records<'a> {
+    let (mut function, lookup) = technique.function(frame, contender.seed);
     let rule = lookup.rule(frame);
     let mut stages = Stages::default();
     let points = stages.time("shading_points", || shading_points(frame, counter));
-    let refinement = contender.distribution.refinement.as_deref();
     let kept = refinement.map_or(0.0, |r| r.ratio());
     let refined = ((contender.caches as f64 * kept).round() as usize).min(contender.caches);
     let placement = stages.time("placement", || {
@@ -198,7 +253,7 @@ fn place_and_evaluate(
     let mut sites = placement.sites;
     let first_count = sites.len();
     stages.time("evaluation", || {
-        function.evaluate(frame, &select(&points, &sites), counter);
+        function.evaluate(&select(&points, &sites), counter);
     });
     if let Some(refinement) = refinement.filter(|_| refined > 0) {
         let more = stages.time("refinement", || {
@@ -215,7 +270,7 @@ fn place_and_evaluate(
         rendered.found.extend(more.found);
         rendered.notes.extend(more.notes);
         stages.time("refined_evaluation", || {
-            function.evaluate(frame, &select(&points, &more.sites), counter);
+            function.evaluate(&select(&points, &more.sites), counter);
         });
         sites.extend(more.sites);
     }
@@ -229,42 +284,52 @@ fn place_and_evaluate(
     }
     let search = stages.time("search", || search_over(&points, &sites, rule));
     rendered.stages = stages;
-    Ok(Records {
+    Records {
         function,
         search,
         points,
         sites,
         first_count,
         rendered,
-    })
+    }
 }
 
 /// What went into one pixel (row-major index): its samples, the records each used, their distances,
 /// weights and values.
 pub fn replay(
-    technique: &dyn Technique,
+    technique: &dyn CachedTechnique,
     frame: &Frame,
     contender: &Contender,
     pixel: u32,
 ) -> Result<Vec<String>, String> {
+    let Method::Distribution(distribution) = contender.method else {
+        return Err(format!(
+            "{} has no records to replay",
+            contender.method.id()
+        ));
+    };
     let counter = RayCounter::default();
-    let candidates = contender.distribution.first.candidates();
-    let first = candidates.first().unwrap_or(&contender.distribution.first);
-    let records = place_and_evaluate((technique, frame, &counter), contender, first.as_ref())?;
+    let candidates = distribution.first.candidates();
+    let first = candidates.first().unwrap_or(&distribution.first).as_ref();
+    let refinement = distribution.refinement.as_deref();
+    let job = (technique, frame, contender);
+    let records = place_and_evaluate(job, &counter, (first, refinement));
     let caster = frame.tracer.caster(&counter);
     let mut lines = Vec::new();
     for sample in 0..frame.spp {
-        let Some((site, depth)) = frame.site(&caster, &frame.camera_ray(pixel, sample)) else {
+        let Some(seen) = frame.look(&caster, pixel, sample) else {
             lines.push(format!(
                 "sample {sample}: background {:?}",
                 records.function.background()
             ));
             continue;
         };
+        let site = seen.site;
         lines.push(format!(
-            "sample {sample}: position {:?} normal {:?} depth {depth}",
+            "sample {sample}: position {:?} normal {:?} depth {}",
             (site.position.as_dvec3() + frame.scene.origin).to_array(),
-            site.normal.to_array()
+            site.normal.to_array(),
+            seen.depth
         ));
         let found = records
             .search
@@ -281,26 +346,21 @@ pub fn replay(
                 pixel % frame.width,
                 pixel / frame.width,
                 neighbour.distance,
-                records.function.interpolate(&site, &[*neighbour], &[1.0])
+                records
+                    .function
+                    .shade(&caster, &seen, (&[*neighbour], &[1.0]))
             ));
         }
-        if !neighbours.is_empty() {
-            let value = records.function.interpolate(&site, &neighbours, &weights);
-            lines.push(format!("  interpolated {value:?}"));
-        }
+        let value = records
+            .function
+            .shade(&caster, &seen, (&neighbours, &weights));
+        lines.push(format!("  shaded {value:?}"));
     }
     Ok(lines)
 }
 
-fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<Site> {
-    sites
-        .iter()
-        .map(|&i| Site {
-            position: points.position[i as usize],
-            normal: points.normal[i as usize],
-            geometric_normal: points.geometric_normal[i as usize],
-        })
-        .collect()
+fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<RecordSite> {
+    sites.iter().map(|&i| RecordSite::of(points, i)).collect()
 }
 
 fn search_over(points: &ShadingPoints, sites: &[u32], rule: SearchRule) -> RecordSearch {
@@ -315,12 +375,6 @@ struct Shader<'a> {
     function: &'a dyn CachedFunction,
     search: &'a RecordSearch,
     counter: &'a RayCounter,
-}
-
-/// A surface hit of one camera sample.
-struct Sample {
-    pixel: u32,
-    site: Site,
 }
 
 impl Shader<'_> {
@@ -341,12 +395,12 @@ impl Shader<'_> {
     }
 
     /// Surface hits of rows `top..bottom`, in 8×8 pixel tiles so that neighbours follow each other.
-    fn hits(&self, top: usize, bottom: usize) -> Vec<Sample> {
+    fn hits(&self, top: usize, bottom: usize) -> Vec<Seen> {
         const TILE: usize = 8;
         let frame = self.frame;
         let across = frame.width.div_ceil(TILE);
         let down = (bottom - top).div_ceil(TILE);
-        let tiles: Vec<Vec<Sample>> = (0..across * down)
+        let tiles: Vec<Vec<Seen>> = (0..across * down)
             .into_par_iter()
             .map(|tile| {
                 let caster = frame.tracer.caster(self.counter);
@@ -356,10 +410,7 @@ impl Shader<'_> {
                     for x in x0..(x0 + TILE).min(frame.width) {
                         let pixel = (y * frame.width + x) as u32;
                         for sample in 0..frame.spp {
-                            let ray = frame.camera_ray(pixel, sample);
-                            if let Some((site, _)) = frame.site(&caster, &ray) {
-                                hits.push(Sample { pixel, site });
-                            }
+                            hits.extend(frame.look(&caster, pixel, sample));
                         }
                     }
                 }
@@ -369,24 +420,26 @@ impl Shader<'_> {
         tiles.into_iter().flatten().collect()
     }
 
-    fn values(&self, samples: &[Sample]) -> Vec<[f32; 3]> {
+    fn values(&self, samples: &[Seen]) -> Vec<[f32; 3]> {
         let positions: Vec<Vec3> = samples.iter().map(|s| s.site.position).collect();
         let normals: Vec<Vec3> = samples.iter().map(|s| s.site.normal).collect();
         let diagonal = self.frame.scene.diagonal;
-        self.search.map(&positions, &normals, |query, neighbours| {
-            if neighbours.is_empty() {
-                return self.function.background();
-            }
-            let mut weights = [0.0; MOST_USED];
-            let weights = &mut weights[..neighbours.len()];
-            inverse_distance_weights(neighbours, diagonal, weights);
-            self.function
-                .interpolate(&samples[query].site, neighbours, weights)
-        })
+        let caster = || self.frame.tracer.caster(self.counter);
+        self.search.map_with(
+            &positions,
+            &normals,
+            (caster, |caster, query, neighbours| {
+                let mut weights = [0.0; MOST_USED];
+                let weights = &mut weights[..neighbours.len()];
+                inverse_distance_weights(neighbours, diagonal, weights);
+                self.function
+                    .shade(caster, &samples[query], (neighbours, weights))
+            }),
+        )
     }
 
     /// Averages the samples of each pixel; background samples take the background's value.
-    fn film(&self, top: usize, samples: &[Sample], values: &[[f32; 3]], image: &mut Image) -> u64 {
+    fn film(&self, top: usize, samples: &[Seen], values: &[[f32; 3]], image: &mut Image) -> u64 {
         let width = self.frame.width;
         let rows = (self.frame.height - top).min(64);
         let mut sums = vec![([0.0f64; 3], 0u32); rows * width];

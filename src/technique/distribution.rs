@@ -35,8 +35,10 @@ impl Distribution {
                 unknown("refinement", name, known)
             })?),
         };
-        let abouts = [Some(&first.about), refinement.map(|r| &r.about)];
-        check_keys(parameters, &abouts)?;
+        let abouts: Vec<&About> = std::iter::once(&first.about)
+            .chain(refinement.map(|r| &r.about))
+            .collect();
+        registry::check_keys(parameters, &abouts)?;
         let own = |about: &About| -> Table {
             let declared = |key: &str| about.parameters.iter().any(|p| p.key == key);
             parameters
@@ -53,20 +55,5 @@ impl Distribution {
             first: (first.build)(&own(&first.about))?,
             refinement: refinement.map(|r| (r.build)(&own(&r.about))).transpose()?,
         })
-    }
-}
-
-fn check_keys(parameters: &Table, abouts: &[Option<&About>]) -> Result<(), ParameterError> {
-    let known: Vec<&str> = abouts
-        .iter()
-        .flatten()
-        .flat_map(|about| about.parameters.iter().map(|p| p.key))
-        .collect();
-    match parameters.keys().find(|key| !known.contains(&key.as_str())) {
-        None => Ok(()),
-        Some(key) => Err(ParameterError {
-            key: Some(key.clone()),
-            message: format!("unknown parameter `{key}`; known: {}", known.join(", ")),
-        }),
     }
 }

@@ -4,7 +4,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::cache::{NO_POINT, ShadingPoints};
-use crate::scene::{Scene, View};
+use crate::sample::Rng;
+use crate::scene::{Material, Scene, View};
+use crate::shade::PathTracer;
 use crate::trace::{Caster, Hit, Ray, RayCounter, Tracer};
 
 /// What all jobs of a view share.
@@ -12,15 +14,29 @@ pub struct Frame<'a> {
     pub scene: &'a Scene,
     pub tracer: &'a Tracer,
     pub view: &'a View,
+    /// Materials and lights, as far as the scene was loaded with them.
+    pub paths: PathTracer<'a>,
     /// Pixels.
     pub width: usize,
     pub height: usize,
     /// Sub-pixel samples of contenders and reference.
     pub spp: u32,
+    /// Whether camera rays may meet mirrors, glass or opacity masks.
+    specular: bool,
+}
+
+/// Size of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Film {
+    /// Pixels.
+    pub width: usize,
+    pub height: usize,
+    /// Sub-pixel samples.
+    pub spp: u32,
 }
 
 /// A surface point as cached functions see it, scene units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Site {
     pub position: Vec3,
     /// Unit shading normal on the viewer's side.
@@ -29,7 +45,54 @@ pub struct Site {
     pub geometric_normal: Vec3,
 }
 
-impl Frame<'_> {
+impl Site {
+    /// A shading point by its index.
+    pub fn of(points: &ShadingPoints, point: u32) -> Self {
+        let i = point as usize;
+        Self {
+            position: points.position[i],
+            normal: points.normal[i],
+            geometric_normal: points.geometric_normal[i],
+        }
+    }
+}
+
+/// What one camera sample sees: the first surface that is not specular.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    pub site: Site,
+    /// Length of the path from the camera.
+    pub depth: f32,
+    /// Row-major index.
+    pub pixel: u32,
+    pub sample: u32,
+    pub hit: Hit,
+    /// Unit direction of the last ray.
+    pub direction: Vec3,
+    /// Product of the specular reflections and transmissions on the way.
+    pub throughput: Vec3,
+}
+
+/// Most specular surfaces that a camera sample passes; what lies behind more of them is not seen.
+const MOST_SPECULAR: u32 = 16;
+/// Keys the choices between reflection and transmission.
+const SPECULAR_STREAM: u64 = 0x7370_6563_756c;
+
+impl<'a> Frame<'a> {
+    /// `tracer` was built from the scene's triangles.
+    pub fn new((scene, tracer): (&'a Scene, &'a Tracer), view: &'a View, film: Film) -> Self {
+        Self {
+            scene,
+            tracer,
+            view,
+            paths: PathTracer::new(scene, tracer),
+            width: film.width,
+            height: film.height,
+            spp: film.spp,
+            specular: scene.materials.iter().any(Material::is_specular),
+        }
+    }
+
     /// Position in [0,1)² of a sub-pixel sample, the same in every pixel and for every contender:
     /// the R2 sequence, whose first member is the pixel's centre.
     pub fn sub_pixel(sample: u32) -> [f64; 2] {
@@ -47,10 +110,41 @@ impl Frame<'_> {
         Ray::new(self.view.origin.as_vec3(), direction)
     }
 
-    /// The surface point that a camera ray sees.
-    pub fn site(&self, caster: &Caster, ray: &Ray) -> Option<(Site, f32)> {
-        let hit = caster.closest(ray)?;
-        Some((self.site_at(ray, &hit)?, hit.t))
+    /// The surface that a camera sample sees, through mirrors, glass and opacity masks where the
+    /// technique loads materials; `None` for the background. Choices between reflection and
+    /// transmission depend on pixel and sample alone, so that all contenders and the reference see
+    /// the same.
+    pub fn look(&self, caster: &Caster, pixel: u32, sample: u32) -> Option<Seen> {
+        let mut ray = self.camera_ray(pixel, sample);
+        let mut seen = Seen {
+            site: Site::default(),
+            depth: 0.0,
+            pixel,
+            sample,
+            hit: Hit::default(),
+            direction: ray.direction,
+            throughput: Vec3::ONE,
+        };
+        let mut rng = Rng::new(0, SPECULAR_STREAM, u64::from(pixel), u64::from(sample));
+        for _ in 0..=MOST_SPECULAR {
+            let hit = caster.closest(&ray)?;
+            seen.depth += hit.t;
+            if self.specular {
+                let at = self.paths.surfaces().interact(&hit, ray.direction);
+                let u = rng.next_f32();
+                if at.bsdf.is_delta() || u >= at.bsdf.opacity {
+                    let through = at.sample([u, 0.0, 0.0])?;
+                    seen.throughput *= through.weight;
+                    ray = self.paths.lights().spawn(&at, through.direction);
+                    continue;
+                }
+            }
+            seen.site = self.site_at(&ray, &hit)?;
+            seen.hit = hit;
+            seen.direction = ray.direction;
+            return Some(seen);
+        }
+        None
     }
 
     fn site_at(&self, ray: &Ray, hit: &Hit) -> Option<Site> {
@@ -89,16 +183,12 @@ impl Frame<'_> {
 
 /// One shading point at the centre of each pixel that sees a surface.
 pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
-    let rows: Vec<Vec<(u32, Site, f32)>> = (0..frame.height)
+    let rows: Vec<Vec<Seen>> = (0..frame.height)
         .into_par_iter()
         .map(|y| {
             let caster = frame.tracer.caster(counter);
             (0..frame.width)
-                .filter_map(|x| {
-                    let pixel = (y * frame.width + x) as u32;
-                    let (site, depth) = frame.site(&caster, &frame.camera_ray(pixel, 0))?;
-                    Some((pixel, site, depth))
-                })
+                .filter_map(|x| frame.look(&caster, (y * frame.width + x) as u32, 0))
                 .collect()
         })
         .collect();
@@ -110,13 +200,13 @@ pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
         metres_per_unit: frame.scene.metres_per_unit as f32,
         ..ShadingPoints::default()
     };
-    for (pixel, site, depth) in rows.into_iter().flatten() {
-        points.point_of_pixel[pixel as usize] = points.len() as u32;
-        points.position.push(site.position);
-        points.normal.push(site.normal);
-        points.geometric_normal.push(site.geometric_normal);
-        points.depth.push(depth);
-        points.pixel.push(pixel);
+    for seen in rows.into_iter().flatten() {
+        points.point_of_pixel[seen.pixel as usize] = points.len() as u32;
+        points.position.push(seen.site.position);
+        points.normal.push(seen.site.normal);
+        points.geometric_normal.push(seen.site.geometric_normal);
+        points.depth.push(seen.depth);
+        points.pixel.push(seen.pixel);
     }
     points
 }

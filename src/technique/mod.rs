@@ -2,17 +2,20 @@
 //!
 //! Two seams: a [`CachedFunction`] knows how to evaluate, compare and interpolate records but not
 //! where they are; a [`Distribution`] places them but not what they hold. [`cached::render`] is the
-//! product of both.
+//! product of both; what a technique compares is a [`Method`].
 
 pub mod ambient_occlusion;
 pub mod cached;
 mod distribution;
 mod frame;
+mod method;
+mod per_sample;
 pub mod truth;
 
-pub use cached::{CachedFunction, Lookup};
+pub use cached::{CachedFunction, Lookup, RecordSite};
 pub use distribution::Distribution;
-pub use frame::{Frame, Site, shading_points};
+pub use frame::{Film, Frame, Seen, Site, shading_points};
+pub use method::{Method, PER_SAMPLE, PerSample};
 
 use rayon::prelude::*;
 
@@ -41,9 +44,19 @@ pub trait Technique: Send + Sync {
     /// Rays traced for one evaluation of the function, for cost estimates.
     fn rays_per_evaluation(&self) -> u64;
 
-    /// The cached function of this technique, empty, for one job, and its run-time rule; `None` for
-    /// the truths, whose only method is the reference.
-    fn cached(&self, frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)>;
+    /// Renders one contender.
+    ///
+    /// # Errors
+    /// A sentence, for methods that the technique does not take or that need what is not there.
+    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String>;
+
+    /// What went into one pixel (row-major index) of a contender, a line each.
+    fn replay(
+        &self,
+        frame: &Frame,
+        contender: &Contender,
+        pixel: u32,
+    ) -> Result<Vec<String>, String>;
 }
 
 /// The function that records approximate, evaluated where the camera sees it.
@@ -81,7 +94,7 @@ pub fn reference_pass(
 
 /// What a contender has to work with.
 pub struct Contender<'a> {
-    pub distribution: &'a Distribution,
+    pub method: &'a Method,
     /// Number of records.
     pub caches: usize,
     pub seed: u64,

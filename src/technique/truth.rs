@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique};
-use crate::registry::{self, About, Bias, Parameter, TechniqueEntry};
+use super::{Contender, Frame, Rendered, ShadingFunction, Technique};
+use crate::registry::{self, About, Bias, Contenders, Parameter, TechniqueEntry};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
-use crate::shade::{DIRECT_LIGHTING, PathTracer};
+use crate::shade::DIRECT_LIGHTING;
 use crate::trace::{Caster, Ray};
 
 /// Keys the random numbers of camera paths.
@@ -31,7 +31,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         parameters: &[SEED],
     },
     build: |table| Ok(Box::new(Truth::new(table, None)?)),
-    distributions: false,
+    contenders: Contenders::None,
 };
 
 /// The registry's entry of direct lighting.
@@ -46,7 +46,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         parameters: &[SEED],
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
-    distributions: false,
+    contenders: Contenders::None,
 };
 
 /// Parameters of both truths.
@@ -85,7 +85,6 @@ impl Technique for Truth {
     fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
         Box::new(TracedPaths {
             frame,
-            paths: PathTracer::new(frame.scene, frame.tracer),
             seed: self.parameters.seed,
             max_depth: self.max_depth.unwrap_or(frame.scene.max_depth),
         })
@@ -107,15 +106,25 @@ impl Technique for Truth {
         1
     }
 
-    fn cached(&self, _frame: &Frame) -> Option<(Box<dyn CachedFunction>, Lookup)> {
-        None
+    fn render(&self, _: &Frame, contender: &Contender) -> Result<Rendered, String> {
+        Err(no_contender(contender))
     }
+
+    fn replay(&self, _: &Frame, contender: &Contender, _: u32) -> Result<Vec<String>, String> {
+        Err(no_contender(contender))
+    }
+}
+
+fn no_contender(contender: &Contender) -> String {
+    format!(
+        "a truth has one method only, reference, not {}",
+        contender.method.id()
+    )
 }
 
 /// One path per pixel and sample, uniformly jittered in the pixel.
 struct TracedPaths<'a> {
     frame: &'a Frame<'a>,
-    paths: PathTracer<'a>,
     seed: u64,
     max_depth: u32,
 }
@@ -135,7 +144,10 @@ impl ShadingFunction for TracedPaths<'_> {
             let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
             let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
             let ray = Ray::new(origin, self.frame.view.direction(x, y, size));
-            let rgb = self.paths.radiance(caster, ray, &mut rng, self.max_depth);
+            let rgb = self
+                .frame
+                .paths
+                .radiance(caster, ray, &mut rng, self.max_depth);
             if rgb.iter().all(|c| c.is_finite()) {
                 *value = rgb;
             } else {

@@ -60,7 +60,7 @@ impl Ray {
 }
 
 /// The closest intersection of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hit {
     pub t: f32,
     /// Barycentric weights of the second and third vertex.

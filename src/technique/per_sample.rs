@@ -1,0 +1,74 @@
+//! The contender without records: the function itself, estimated at every camera sample.
+
+use super::cached::CachedTechnique;
+use super::{
+    Contender, Frame, PerSample, RecordSite, Rendered, Stages, reference_pass, shading_points,
+};
+use crate::image::Image;
+use crate::trace::RayCounter;
+
+/// Records whose cost tells what the budget's records would take.
+const MEASURED: usize = 64;
+/// Passes end here however cheap they are.
+const MOST_PASSES: u32 = 1 << 16;
+
+/// Adds passes until their number, or the rays of the budget, are reached.
+pub(super) fn render(
+    technique: &dyn CachedTechnique,
+    frame: &Frame,
+    contender: &Contender,
+    method: &PerSample,
+) -> Result<Rendered, String> {
+    let mut rendered = Rendered::default();
+    let mut stages = Stages::default();
+    let budget = match method.passes {
+        Some(_) => u64::MAX,
+        None => rays_of_records(technique, frame, contender),
+    };
+    let most = method.passes.map_or(MOST_PASSES, |passes| passes.get());
+    let counter = RayCounter::default();
+    let function = technique.estimator(frame, contender.seed);
+    let mut sums = vec![[0.0f64; 3]; frame.pixels()];
+    let mut passes = 0;
+    let mut spent = 0;
+    while passes < most && (passes == 0 || spent < budget) {
+        let (pass, non_finite) = stages.time("rendering", || {
+            reference_pass(function.as_ref(), frame, passes, &counter)
+        });
+        rendered.non_finite += non_finite;
+        for (sum, value) in sums.iter_mut().zip(&pass.pixels) {
+            (0..3).for_each(|c| sum[c] += f64::from(value[c]));
+        }
+        passes += 1;
+        let rays = counter.read();
+        spent = rays.closest + rays.shadow;
+    }
+    rendered.image = Image::new(frame.width, frame.height);
+    for (pixel, sum) in rendered.image.pixels.iter_mut().zip(&sums) {
+        *pixel = sum.map(|s| (s / f64::from(passes)) as f32);
+    }
+    rendered.rays = counter.read();
+    rendered.bytes_peak = frame.tracer.bytes() + sums.len() * size_of::<[f64; 3]>();
+    rendered.stages = stages;
+    rendered.found.push(("passes", f64::from(passes)));
+    if budget != u64::MAX {
+        rendered.found.push(("rays_of_records", budget as f64));
+    }
+    Ok(rendered)
+}
+
+/// Rays that the budget's records would take: the mean of records spread evenly over the view. The
+/// camera rays of shading points and of the image are not counted.
+fn rays_of_records(technique: &dyn CachedTechnique, frame: &Frame, contender: &Contender) -> u64 {
+    let points = shading_points(frame, &RayCounter::default());
+    let count = MEASURED.min(points.len());
+    let sites: Vec<RecordSite> = (0..count)
+        .map(|i| RecordSite::of(&points, (i * points.len() / count) as u32))
+        .collect();
+    let counter = RayCounter::default();
+    let (mut records, _) = technique.function(frame, contender.seed);
+    records.evaluate(&sites, &counter);
+    let rays = counter.read();
+    let mean = (rays.closest + rays.shadow) as f64 / count.max(1) as f64;
+    (mean * contender.caches.min(points.len()) as f64).round() as u64
+}
