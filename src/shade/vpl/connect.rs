@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Emission, VirtualLight, VirtualLights};
+use super::{Emission, Facing, LANES, VirtualLight, VirtualLights};
 use crate::shade::surface::Interaction;
 use crate::trace::{Ray, offset_origin};
 
@@ -121,6 +121,27 @@ impl VirtualLights<'_> {
             t_max: way.length() * REACH,
             ..Ray::new(to.origin, way.normalize_or(light.normal))
         }
+    }
+
+    /// A bit for each of eight lights on surfaces that lies before the receiver and shines towards
+    /// it; the others add nothing.
+    pub(super) fn faced(&self, to: &Receiver, block: usize) -> u32 {
+        let Facing { position, normal } = &self.facing[block];
+        let (at, up) = (to.at.position.to_array(), to.normal.to_array());
+        let mut seen = [0.0f32; LANES];
+        let mut shining = [0.0f32; LANES];
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let way = position[axis][lane] - at[axis];
+                seen[lane] += way * up[axis];
+                shining[lane] -= way * normal[axis][lane];
+            }
+        }
+        let mut bits = 0;
+        for lane in 0..LANES {
+            bits |= u32::from(seen[lane] > 0.0 && shining[lane] > 0.0) << lane;
+        }
+        bits
     }
 
     fn least_squared(&self) -> f32 {

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::VirtualLights;
 use super::connect::{REACH, Receiver};
+use super::{LANES, VirtualLights};
 use crate::trace::Caster;
 
 /// Rays of a bundle.
@@ -37,26 +37,45 @@ impl VirtualLights<'_> {
         to: &Receiver,
         (buffers, visit): (&mut Gathering, &mut dyn FnMut(usize, Vec3, bool)),
     ) {
-        for index in 0..self.len() {
-            if index == self.finite || buffers.waiting == BUNDLE {
-                self.flush(caster, to, (&mut *buffers, &mut *visit));
+        for block in 0..self.facing.len() {
+            let mut faced = self.faced(to, block);
+            while faced != 0 {
+                let index = block * LANES + faced.trailing_zeros() as usize;
+                faced &= faced - 1;
+                self.wait(caster, to, (index, &mut *buffers, &mut *visit));
             }
-            let value = self.unoccluded(to, index);
-            if value == Vec3::ZERO {
-                continue;
-            }
-            let light = &self.lights[index];
-            let slot = buffers.waiting;
-            buffers.indices[slot] = index as u32;
-            buffers.values[slot] = value;
-            buffers.ways[slot] = if index < self.finite {
-                light.end - to.origin
-            } else {
-                light.normal
-            };
-            buffers.waiting += 1;
+        }
+        self.flush(caster, to, (&mut *buffers, &mut *visit));
+        for index in self.finite..self.len() {
+            self.wait(caster, to, (index, &mut *buffers, &mut *visit));
         }
         self.flush(caster, to, (buffers, visit));
+    }
+
+    /// Puts a light in line, unless it adds nothing, and casts the rays when the line is full.
+    fn wait(
+        &self,
+        caster: &Caster,
+        to: &Receiver,
+        (index, buffers, visit): (usize, &mut Gathering, &mut dyn FnMut(usize, Vec3, bool)),
+    ) {
+        let value = self.unoccluded(to, index);
+        if value == Vec3::ZERO {
+            return;
+        }
+        let light = &self.lights[index];
+        let slot = buffers.waiting;
+        buffers.indices[slot] = index as u32;
+        buffers.values[slot] = value;
+        buffers.ways[slot] = if index < self.finite {
+            light.end - to.origin
+        } else {
+            light.normal
+        };
+        buffers.waiting += 1;
+        if buffers.waiting == BUNDLE {
+            self.flush(caster, to, (buffers, visit));
+        }
     }
 
     /// Casts the waiting rays. Those to lights on surfaces are made as long as their way is of the

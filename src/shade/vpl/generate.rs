@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{Emission, VirtualLight, VirtualLights, VplOptions};
+use super::{Emission, Facing, LANES, VirtualLight, VirtualLights, VplOptions};
 use crate::sample::Rng;
 use crate::shade::light::Source;
 use crate::shade::surface::Interaction;
@@ -67,6 +67,10 @@ impl<'a> VirtualLights<'a> {
         set.dropped = before - lights.len();
         lights.retain(VirtualLight::shines);
         set.finite = sort(&mut lights, diagonal);
+        set.facing = lights[..set.finite]
+            .chunks(LANES)
+            .map(Facing::new)
+            .collect();
         set.lights = lights;
         set
     }
@@ -172,13 +176,28 @@ impl<'a> Paths<'a> {
                     shading_normal,
                 }
             }
-            None => Emission::Glossy { at: *at, power },
+            None => Emission::Glossy {
+                at: Box::new(*at),
+                power,
+            },
         };
         VirtualLight {
             position: at.position,
             end: offset_origin(at.position, normal, self.diagonal),
             normal,
             emission,
+        }
+    }
+}
+
+impl Facing {
+    fn new(lights: &[VirtualLight]) -> Self {
+        let row = |of: fn(&VirtualLight) -> Vec3, axis: usize| {
+            std::array::from_fn(|lane| lights.get(lane).map_or(0.0, |light| of(light)[axis]))
+        };
+        Self {
+            position: [0, 1, 2].map(|axis| row(|light| light.position, axis)),
+            normal: [0, 1, 2].map(|axis| row(|light| light.normal, axis)),
         }
     }
 }

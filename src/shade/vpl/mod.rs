@@ -47,6 +47,8 @@ pub struct VplOptions {
 #[derive(Clone, Debug, Default)]
 pub struct VirtualLights<'a> {
     lights: Vec<VirtualLight<'a>>,
+    /// Positions and normals of the lights on surfaces, eight at a time.
+    facing: Vec<Facing>,
     /// Number of lights with a position.
     finite: usize,
     /// Paths that were started.
@@ -60,7 +62,7 @@ pub struct VirtualLights<'a> {
 }
 
 /// One light.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct VirtualLight<'a> {
     /// Of a light at infinity: unused.
     position: Vec3,
@@ -71,8 +73,18 @@ struct VirtualLight<'a> {
     emission: Emission<'a>,
 }
 
+/// Positions and normals of eight lights on surfaces, by axis; surplus lanes are never faced.
+#[derive(Clone, Debug)]
+struct Facing {
+    position: [[f32; LANES]; 3],
+    normal: [[f32; LANES]; 3],
+}
+
+/// Lights of a [`Facing`].
+const LANES: usize = 8;
+
 /// What a light sends out.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Emission<'a> {
     /// `intensity` × the cosine to the light's normal, on the sides of both normals.
     Cosine {
@@ -80,7 +92,11 @@ enum Emission<'a> {
         shading_normal: Vec3,
     },
     /// Scattering of `power` that arrived along the interaction's view.
-    Glossy { at: Interaction<'a>, power: Vec3 },
+    Glossy {
+        /// Apart, so that the list of lights stays small.
+        at: Box<Interaction<'a>>,
+        power: Vec3,
+    },
     /// Irradiance of a facing surface.
     Infinity { irradiance: Vec3 },
 }
@@ -114,6 +130,9 @@ impl VirtualLights<'_> {
     }
 
     pub fn bytes(&self) -> usize {
+        let glossy = |light: &&VirtualLight| matches!(light.emission, Emission::Glossy { .. });
         self.lights.len() * size_of::<VirtualLight>()
+            + self.facing.len() * size_of::<Facing>()
+            + self.lights.iter().filter(glossy).count() * size_of::<Interaction>()
     }
 }

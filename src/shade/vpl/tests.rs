@@ -8,7 +8,7 @@ use crate::scene::{
     Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, MicrofacetDistribution,
     Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
 };
-use crate::shade::PathTracer;
+use crate::shade::{Depths, PathTracer};
 use crate::trace::{Ray, RayCounter, Tracer};
 
 const DEPTH: u32 = 4;
@@ -115,8 +115,7 @@ fn traced(scene: &Scene, rays: &[Ray], samples: u64) -> Vec<[f64; 2]> {
         let values: Vec<f64> = (0..samples)
             .map(|sample| {
                 let mut rng = Rng::new(3, 99, i as u64, sample);
-                let rgb =
-                    paths.radiance(&caster, *ray, &mut rng, crate::shade::Depths::up_to(DEPTH));
+                let rgb = paths.radiance(&caster, *ray, &mut rng, Depths::up_to(DEPTH));
                 f64::from(Vec3::from(rgb).dot(Vec3::new(0.5, 0.3, 0.2)))
             })
             .collect();

@@ -101,8 +101,9 @@ impl ShadingFunction for OneLight<'_> {
         let frame = self.frame;
         let mut broken = 0;
         for (pixel, value) in (first_pixel..).zip(out) {
-            // The background is added to the mean of all passes.
-            let Some(seen) = frame.look(caster, pixel, pass % frame.spp) else {
+            let sample = pass % frame.spp;
+            let Some(seen) = frame.look(caster, pixel, sample) else {
+                *value = background(frame, caster, (pixel, sample)).into();
                 continue;
             };
             let to = receiver(frame, &seen);

@@ -9,8 +9,8 @@
 //! Emission that the camera sees, and the environment behind everything, are exact and without noise
 //! in contenders and reference alike.
 //!
-//! *differs:* the bound of a record holds over the ball that reaches its M-th nearest record, not
-//! over the footprint of a pixel, so that it fits any distribution of records.
+//! *differs:* the ball that the bound of a record covers is a share of the distance to the record's
+//! M-th nearest, not the footprint of a record in the image, so that it fits any distribution.
 
 mod distributions;
 mod estimator;
@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use self::distributions::Distributions;
 use self::estimator::{Heuristic, KINDS, Rule};
-use self::records::ImportanceRecords;
+use self::records::{ImportanceRecords, Settings};
 use super::cached::{self, CachedTechnique};
 use super::{CachedFunction, Contender, Frame, Lookup, Rendered, ShadingFunction, Technique};
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
@@ -79,6 +79,13 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
                           (alpha-max)",
             },
             Parameter {
+                key: "bound_radius",
+                default: "0.5",
+                unit: "",
+                meaning: "radius of the ball that the bounded distribution covers, in distances of \
+                          a record to its M-th nearest",
+            },
+            Parameter {
                 key: "lookup",
                 default: "candidates = 20, used = 6, max_angle_deg = 30",
                 unit: "",
@@ -106,6 +113,8 @@ pub struct Parameters {
     pub heuristic: Heuristic,
     /// Confidence in the kinds of distribution, in (0, 1].
     pub alpha: [f32; KINDS],
+    /// r_c in distances of a record to its M-th nearest.
+    pub bound_radius: f32,
     pub lookup: Lookup,
 }
 
@@ -117,6 +126,7 @@ impl Default for Parameters {
             clamp: 0.01,
             heuristic: Heuristic::Balance,
             alpha: [1.0; KINDS],
+            bound_radius: 0.5,
             lookup: Lookup::default(),
         }
     }
@@ -149,6 +159,13 @@ impl ImportanceCaching {
                 .into();
             return error("alpha", message);
         }
+        if !(0.0..=1.0).contains(&parameters.bound_radius) {
+            let message = format!(
+                "bound_radius = {}: expected 0 to 1",
+                parameters.bound_radius
+            );
+            return error("bound_radius", message);
+        }
         if let Err(message) = parameters.lookup.validate() {
             return error("lookup", message);
         }
@@ -161,8 +178,13 @@ impl ImportanceCaching {
             heuristic: self.parameters.heuristic,
             alpha: self.parameters.alpha,
         };
-        let run_time = (rule, self.parameters.lookup);
-        ImportanceRecords::new(frame, self.lights(frame), run_time, seed)
+        let settings = Settings {
+            rule,
+            lookup: self.parameters.lookup,
+            bound_radius: self.parameters.bound_radius,
+            seed,
+        };
+        ImportanceRecords::new(frame, self.lights(frame), settings)
     }
 
     /// The lights of a frame: a function of the scene and the technique's own seed.
@@ -208,10 +230,7 @@ impl Technique for ImportanceCaching {
     }
 
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        let mut rendered = cached::render(self, frame, contender)?;
-        let background = || exact::add_background(frame, &mut rendered.image);
-        rendered.stages.time("rendering", background);
-        Ok(rendered)
+        cached::render(self, frame, contender)
     }
 
     fn replay(
@@ -235,5 +254,13 @@ impl CachedTechnique for ImportanceCaching {
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
         Box::new(exact::OneLight::new(frame, self.lights(frame), seed))
+    }
+
+    fn finish(&self, frame: &Frame, rendered: &mut Rendered) {
+        exact::add_background(frame, &mut rendered.image);
+        if frame.paths.lights().is_dark() {
+            let note = "nothing shines in this scene: all images are black";
+            rendered.notes.push(note.into());
+        }
     }
 }

@@ -20,11 +20,20 @@ pub struct ImportanceRecords<'a> {
     frame: &'a Frame<'a>,
     pub(super) lights: VirtualLights<'a>,
     pub(super) table: Distributions,
-    pub(super) rule: Rule,
-    lookup: Lookup,
-    seed: u64,
+    pub(super) settings: Settings,
     pub(super) positions: Vec<Vec3>,
     normals: Vec<Vec3>,
+}
+
+/// What records of a job have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    pub rule: Rule,
+    pub lookup: Lookup,
+    /// See [`super::Parameters::bound_radius`].
+    pub bound_radius: f32,
+    /// Keys the choice of lights.
+    pub seed: u64,
 }
 
 /// Buffers that a thread keeps between records: luminances of each light by distribution.
@@ -34,33 +43,26 @@ struct Scratch {
 }
 
 impl<'a> ImportanceRecords<'a> {
-    pub fn new(
-        frame: &'a Frame<'a>,
-        lights: VirtualLights<'a>,
-        (rule, lookup): (Rule, Lookup),
-        seed: u64,
-    ) -> Self {
+    pub fn new(frame: &'a Frame<'a>, lights: VirtualLights<'a>, settings: Settings) -> Self {
         Self {
             frame,
             table: Distributions::new(lights.len()),
             lights,
-            rule,
-            lookup,
-            seed,
+            settings,
             positions: Vec::new(),
             normals: Vec::new(),
         }
     }
 
-    /// How far the shading points that use a record may be: the distance of its M-th nearest record
-    /// by position, and the diagonal where there is none.
+    /// Radius of the ball that the bound of a record covers: a share of the distance of its M-th
+    /// nearest record by position, and the diagonal where there is none.
     fn radii(&self, first: usize) -> Vec<f32> {
         let (positions, normals) = (&self.positions, &self.normals);
-        let rule = SearchRule::spatial(self.lookup.used + 1);
+        let rule = SearchRule::spatial(self.settings.lookup.used + 1);
         let search = RecordSearch::new(positions, normals, rule);
         let radius = |_, found: &[Neighbour]| match found {
             [] | [_] => self.frame.scene.diagonal,
-            [.., last] => last.distance,
+            [.., last] => last.distance * self.settings.bound_radius,
         };
         search.map(&positions[first..], &normals[first..], radius)
     }
@@ -85,7 +87,7 @@ impl<'a> ImportanceRecords<'a> {
         };
         self.lights
             .each(caster, &to, (&mut scratch.gathering, &mut visit));
-        let turn = self.lookup.max_angle_deg.to_radians();
+        let turn = self.settings.lookup.max_angle_deg.to_radians();
         let near = Neighbourhood {
             radius,
             turn: [turn.cos(), turn.sin()],
@@ -150,8 +152,8 @@ impl CachedFunction for ImportanceRecords<'_> {
             *record = neighbour.record;
         }
         let (pixel, sample) = (u64::from(seen.pixel), u64::from(seen.sample));
-        let mut rng = Rng::new(self.seed, STREAM, pixel, sample);
-        for choice in self.rule.choose(&self.table, near, &mut rng) {
+        let mut rng = Rng::new(self.settings.seed, STREAM, pixel, sample);
+        for choice in self.settings.rule.choose(&self.table, near, &mut rng) {
             if choice.factor == 0.0 {
                 continue;
             }

@@ -83,7 +83,10 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
             let chosen: Vec<u32> = near.iter().map(|n| n.record).collect();
             let empty = |r: &u32| records.table.record(*r).is_empty(0);
             with_empty += usize::from(chosen.iter().any(empty));
-            let [mean, variance] = records.rule.moments(&records.table, &chosen, &values);
+            let [mean, variance] = records
+                .settings
+                .rule
+                .moments(&records.table, &chosen, &values);
             assert!(
                 (mean - exact).abs() <= 1e-4 * exact,
                 "{name}: {mean} {exact}"
@@ -372,6 +375,7 @@ fn parameters_out_of_range_name_their_key() {
         key("alpha = [1.0, 1.0, 1.0, 0.0]").as_deref(),
         Some("alpha")
     );
+    assert_eq!(key("bound_radius = 2.0").as_deref(), Some("bound_radius"));
     assert_eq!(key("lookup = { used = 0 }").as_deref(), Some("lookup"));
     let paper = ImportanceCaching::new(Parameters::default()).expect("the defaults");
     // 25,000 records of the paper's size, and what else a job holds, in 3 GiB.
