@@ -1,14 +1,20 @@
 //! The one table of methods.
 
+use crate::environment::{
+    EnvironmentSampler, decomposition, fhis, kollig_keller, median_cut, mis, tmms,
+    variance_minimization,
+};
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::irradiance_caching::on_demand;
 use crate::technique::{
-    Method, PER_SAMPLE, Technique, ambient_occlusion, importance_caching, irradiance_caching, truth,
+    Method, PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, importance_caching,
+    irradiance_caching, truth,
 };
 
 /// All techniques.
 pub const TECHNIQUES: &[TechniqueEntry] = &[
     ambient_occlusion::ENTRY,
+    environment_lighting::ENTRY,
     irradiance_caching::ENTRY,
     importance_caching::ENTRY,
     truth::DIRECT,
@@ -20,6 +26,25 @@ pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY]
 
 /// All refinements of placement.
 pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
+
+/// All samplers of environment maps.
+pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
+    mis::ENTRY,
+    fhis::ENTRY,
+    median_cut::ENTRY,
+    variance_minimization::ENTRY,
+    tmms::ENTRY,
+    kollig_keller::ENTRY,
+    decomposition::FULL_RESOLUTION,
+    decomposition::ENTRY,
+];
+
+/// The sampler of environment maps with this id or alias, in any case.
+pub fn environment_sampler(id: &str) -> Option<&'static SamplerEntry> {
+    ENVIRONMENT_SAMPLERS
+        .iter()
+        .find(|entry| entry.about.answers_to(id))
+}
 
 /// Methods that are no distributions.
 pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE, on_demand::ENTRY];
@@ -115,6 +140,12 @@ pub struct RefinementEntry {
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
 }
 
+/// A sampler of environment maps.
+pub struct SamplerEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<EnvironmentSampler, ParameterError>,
+}
+
 /// A method that is no distribution.
 pub struct MethodEntry {
     pub about: About,
@@ -155,6 +186,8 @@ pub enum Contenders {
     None,
     /// Cache distributions, and the function itself at every sample.
     Distributions,
+    /// Samplers of environment maps.
+    EnvironmentSamplers,
 }
 
 /// A technique.

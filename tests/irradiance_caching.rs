@@ -80,7 +80,7 @@ fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
     let method = Method::new(entry, setting.method, &table).expect("method");
     let contender = Contender {
         method: &method,
-        caches: setting.caches,
+        budget: setting.caches,
         seed: 1,
         reference: None,
     };

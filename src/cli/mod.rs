@@ -7,6 +7,7 @@ mod compare;
 mod diff;
 mod exit;
 mod gate;
+mod lights;
 mod list;
 mod merge;
 mod plan;
@@ -63,6 +64,7 @@ fn dispatch(verb: Verb) -> Result<u8, Failure> {
         Verb::Render(args) => render::run(&args),
         Verb::Compare(args) => compare::run(&args),
         Verb::Caches(args) => caches::run(&args),
+        Verb::Lights(args) => lights::run(&args),
         Verb::Scene(SceneVerb::Check(args)) => check::run(&args),
         Verb::Ref(RefVerb::Status(args)) => reference::status(&args),
         Verb::Ref(RefVerb::Extend(args)) => reference::extend(&args),

@@ -219,6 +219,11 @@ impl Interaction<'_> {
         self.bsdf.pdf(self.local_view, local)
     }
 
+    /// See [`LocalBsdf::directional_albedo`].
+    pub fn directional_albedo(&self) -> Vec3 {
+        self.bsdf.directional_albedo(self.local_view)
+    }
+
     /// What the scattering of light that arrives along `view` must be multiplied by so that paths
     /// from the lights agree with paths from the camera where shading normals differ from geometric
     /// ones: `|view·n| |light·g| / (|view·g| |light·n|)` (Veach 1997, section 5.3.2). 1 where they
@@ -265,11 +270,6 @@ impl Interaction<'_> {
             }
             _ => None,
         }
-    }
-
-    /// See [`LocalBsdf::directional_albedo`].
-    pub fn directional_albedo(&self) -> Vec3 {
-        self.bsdf.directional_albedo(self.local_view)
     }
 
     /// A world direction by importance; `None` absorbs the path.

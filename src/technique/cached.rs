@@ -162,6 +162,7 @@ pub fn render(
             render_distribution(technique, frame, contender, distribution)
         }
         Method::PerSample(method) => per_sample::render(technique, frame, contender, method),
+        Method::EnvironmentSampler(id, _) => Err(format!("cached techniques do not take {id}")),
         Method::OnDemand(_) => Err("records are made on demand for irradiance only".into()),
     }
 }
@@ -276,9 +277,9 @@ fn place_and_evaluate<'a>(
     let mut stages = Stages::default();
     let points = stages.time("shading_points", || shading_points(frame, counter));
     let kept = refinement.map_or(0.0, |r| r.ratio());
-    let refined = ((contender.caches as f64 * kept).round() as usize).min(contender.caches);
+    let refined = ((contender.budget as f64 * kept).round() as usize).min(contender.budget);
     let placement = stages.time("placement", || {
-        first.place(&points, contender.caches - refined, contender.seed)
+        first.place(&points, contender.budget - refined, contender.seed)
     });
     let mut rendered = Rendered {
         found: placement.found,
@@ -309,11 +310,11 @@ fn place_and_evaluate<'a>(
         });
         sites.extend(more.sites);
     }
-    if sites.len() != contender.caches {
+    if sites.len() != contender.budget {
         rendered.notes.push(format!(
             "{} records instead of {}: the view has {} shading points",
             sites.len(),
-            contender.caches,
+            contender.budget,
             points.len()
         ));
     }

@@ -73,6 +73,15 @@ pub struct Seen {
     pub throughput: Vec3,
 }
 
+/// A camera sample that sees no surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Missed {
+    /// Unit direction in which it leaves the scene.
+    pub direction: Vec3,
+    /// Product of the specular reflections and transmissions on the way; black when it was absorbed.
+    pub throughput: Vec3,
+}
+
 /// Most specular surfaces that a camera sample passes; what lies behind more of them is not seen.
 const MOST_SPECULAR: u32 = 16;
 /// Keys the choices between reflection and transmission.
@@ -115,17 +124,11 @@ impl<'a> Frame<'a> {
     /// transmission depend on pixel and sample alone, so that all contenders and the reference see
     /// the same.
     pub fn look(&self, caster: &Caster, pixel: u32, sample: u32) -> Option<Seen> {
-        self.walk(caster, pixel, sample).ok()
+        self.look_out(caster, pixel, sample).ok()
     }
 
-    /// Direction and specular throughput of a camera sample that leaves the scene; `None` if it sees
-    /// a surface or is absorbed.
-    pub fn escape(&self, caster: &Caster, pixel: u32, sample: u32) -> Option<(Vec3, Vec3)> {
-        self.walk(caster, pixel, sample).err().flatten()
-    }
-
-    /// What a camera sample sees, or how it leaves the scene, unless it is absorbed.
-    fn walk(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Option<(Vec3, Vec3)>> {
+    /// As [`Frame::look`], and for the background what the sample sees of it.
+    pub fn look_out(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Missed> {
         let mut ray = self.camera_ray(pixel, sample);
         let mut seen = Seen {
             site: Site::default(),
@@ -139,25 +142,36 @@ impl<'a> Frame<'a> {
         let mut rng = Rng::new(0, SPECULAR_STREAM, u64::from(pixel), u64::from(sample));
         for _ in 0..=MOST_SPECULAR {
             let Some(hit) = caster.closest(&ray) else {
-                return Err(Some((ray.direction, seen.throughput)));
+                return Err(Missed {
+                    direction: ray.direction,
+                    throughput: seen.throughput,
+                });
             };
             seen.depth += hit.t;
             if self.specular {
                 let at = self.paths.surfaces().interact(&hit, ray.direction);
                 let u = rng.next_f32();
                 if at.bsdf.is_delta() || u >= at.bsdf.opacity {
-                    let through = at.sample([u, 0.0, 0.0]).ok_or(None)?;
+                    let Some(through) = at.sample([u, 0.0, 0.0]) else {
+                        break;
+                    };
                     seen.throughput *= through.weight;
                     ray = self.paths.lights().spawn(&at, through.direction);
                     continue;
                 }
             }
-            seen.site = self.site_at(&ray, &hit).ok_or(None)?;
+            let Some(site) = self.site_at(&ray, &hit) else {
+                break;
+            };
+            seen.site = site;
             seen.hit = hit;
             seen.direction = ray.direction;
             return Ok(seen);
         }
-        Err(None)
+        Err(Missed {
+            direction: ray.direction,
+            throughput: Vec3::ZERO,
+        })
     }
 
     fn site_at(&self, ray: &Ray, hit: &Hit) -> Option<Site> {

@@ -5,6 +5,7 @@ use toml::Table;
 
 use super::Distribution;
 use super::irradiance_caching::on_demand::{self, OnDemand};
+use crate::environment::EnvironmentSampler;
 use crate::registry::{
     self, About, Bias, Contenders, MethodEntry, Parameter, ParameterError, TechniqueEntry,
 };
@@ -15,6 +16,8 @@ pub enum Method {
     Distribution(Distribution),
     /// The function itself, estimated at every sample.
     PerSample(PerSample),
+    /// A sampler of environment maps, and its canonical id.
+    EnvironmentSampler(&'static str, EnvironmentSampler),
     /// The classic irradiance cache.
     OnDemand(OnDemand),
 }
@@ -38,6 +41,22 @@ impl Method {
                 key: Some("id".into()),
                 message: format!("{} has one method only: reference", technique.about.id),
             }),
+            Contenders::EnvironmentSamplers => {
+                let entry = registry::environment_sampler(id).ok_or_else(|| {
+                    let known = registry::ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id);
+                    let known: Vec<&str> = known.collect();
+                    ParameterError {
+                        key: Some("id".into()),
+                        message: format!(
+                            "no sampler of environment maps is called `{id}`; known: {}",
+                            known.join(", ")
+                        ),
+                    }
+                })?;
+                registry::check_keys(parameters, &[&entry.about])?;
+                let sampler = (entry.build)(parameters)?;
+                Ok(Self::EnvironmentSampler(entry.about.id, sampler))
+            }
             Contenders::Distributions => Ok(Self::Distribution(Distribution::new(id, parameters)?)),
         }
     }
@@ -47,6 +66,7 @@ impl Method {
         match self {
             Self::Distribution(distribution) => &distribution.id,
             Self::PerSample(_) => PER_SAMPLE.about.id,
+            Self::EnvironmentSampler(id, _) => id,
             Self::OnDemand(_) => on_demand::ENTRY.about.id,
         }
     }
@@ -55,7 +75,7 @@ impl Method {
     pub fn needs_reference(&self) -> bool {
         match self {
             Self::Distribution(distribution) => !distribution.first.candidates().is_empty(),
-            Self::PerSample(_) | Self::OnDemand(_) => false,
+            Self::PerSample(_) | Self::OnDemand(_) | Self::EnvironmentSampler(..) => false,
         }
     }
 }

@@ -128,11 +128,10 @@ impl ShadingFunction for OneLight<'_> {
 
 /// The environment where a camera sample sees no surface, through mirrors and glass as well.
 fn background(frame: &Frame, caster: &Caster, (pixel, sample): (u32, u32)) -> Vec3 {
-    frame
-        .escape(caster, pixel, sample)
-        .map_or(Vec3::ZERO, |(direction, throughput)| {
-            frame.paths.lights().environment(direction) * throughput
-        })
+    match frame.look_out(caster, pixel, sample) {
+        Ok(_) => Vec3::ZERO,
+        Err(missed) => missed.throughput * frame.paths.lights().environment(missed.direction),
+    }
 }
 
 /// Adds the environment to an image of surfaces.

@@ -165,7 +165,7 @@ fn images(
         let contender = |seed| {
             let contender = Contender {
                 method: &method,
-                caches,
+                budget: caches,
                 seed,
                 reference: Some(&reference),
             };

@@ -114,7 +114,7 @@ pub(super) fn render(
         },
         known: HashMap::new(),
     };
-    let (store, error) = stages.time("records", || overture.search(contender.caches));
+    let (store, error) = stages.time("records", || overture.search(contender.budget));
     let image = stages.time("rendering", || overture.image(&store, &counter));
     rendered.records = store.placed.iter().map(|p| overture.placed(p)).collect();
     rendered.rays = overture.rays_of(&store, counter.read());
@@ -135,11 +135,11 @@ pub(super) fn render(
         "allowed error searched in {SEARCH_STEPS} steps; records that were tried and not kept are \
          not charged"
     ));
-    if store.placed.len() < contender.caches {
+    if store.placed.len() < contender.budget {
         rendered.notes.push(format!(
             "{} records instead of {}: no allowed error gives just as many",
             store.placed.len(),
-            contender.caches
+            contender.budget
         ));
     }
     rendered.image = image.image;
