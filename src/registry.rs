@@ -195,4 +195,6 @@ pub struct TechniqueEntry {
     pub about: About,
     pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
     pub contenders: Contenders,
+    /// Parameters that the reference does not depend on.
+    pub of_contenders: &'static [&'static str],
 }

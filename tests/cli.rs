@@ -129,6 +129,42 @@ fn every_shipped_config_plans() {
 }
 
 #[test]
+fn references_are_shared_by_settings_of_contenders_alone() {
+    let place = Place::new();
+    let config = repository("configs/cache-placement/importance-fig3.toml");
+    let first = |setting: &str| {
+        let output = place.lightbench(&["plan", "--json", &config, setting]);
+        let plan: serde_json::Value = serde_json::from_str(&output.out).expect("json");
+        let bytes = plan["estimates"]["record_bytes_peak"].as_u64();
+        // 25,000 records of 8192 lights: three half floats a light, and their sums.
+        assert_eq!(bytes, Some(25_000 * (8192 * 6 + 128 * 24 + 4)));
+        let job = |key: &str| plan["jobs"][0][key].as_str().map(str::to_owned);
+        [job("id"), job("reference")]
+    };
+    let plain = first("parameters.seed=1");
+    let ablation = first("parameters.heuristic=alpha-max");
+    let other_lights = first("parameters.seed=2");
+    assert_ne!(plain[1], other_lights[1]);
+    assert_eq!(first("parameters.seed=1"), plain);
+    assert_ne!(plain[0], ablation[0]);
+    let swept = place.lightbench(&[
+        "plan",
+        "--json",
+        &config,
+        "parameters.heuristic=balance,alpha-max",
+    ]);
+    let plan: serde_json::Value = serde_json::from_str(&swept.out).expect("json");
+    let jobs = plan["jobs"].as_array().expect("jobs");
+    assert_eq!(jobs.len(), 4);
+    assert!(
+        jobs.iter()
+            .all(|job| job["reference"] == jobs[0]["reference"])
+    );
+    let ids: std::collections::BTreeSet<_> = jobs.iter().map(|j| j["id"].as_str()).collect();
+    assert_eq!(ids.len(), 4);
+}
+
+#[test]
 fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
     let cases = [
         ("name = \"x\"\ntechnique = ", "bad.toml:2:"),

@@ -473,26 +473,37 @@ impl Planner<'_> {
 impl Job {
     /// Fills in the content ids: of the reference from what it shows, of the job from what it does.
     fn identify(&mut self, scene: &str) {
+        let own = registry::technique(&self.technique).map_or(&[][..], |e| e.of_contenders);
+        let (own, shared): (Vec<_>, Vec<_>) = self
+            .technique_parameters
+            .iter()
+            .partition(|(key, _)| own.contains(&key.as_str()));
+        let table = |entries: Vec<(&String, &Value)>| -> Table {
+            let owned = entries.into_iter().map(|(k, v)| (k.clone(), v.clone()));
+            owned.collect()
+        };
+        let own = (!own.is_empty()).then(|| table(own));
         let shown = serde_json::json!([
             FORMAT,
             scene,
             self.view,
             self.transform,
             self.technique,
-            self.technique_parameters,
+            table(shared),
             self.width,
             self.height,
             self.spp
         ]);
         self.reference = hash(&shown.to_string());
-        let done = serde_json::json!([
-            self.reference,
-            self.method,
-            self.method_parameters,
-            self.budget.amount(),
-            self.seed
-        ]);
-        self.id = hash(&done.to_string());
+        let mut done = vec![
+            serde_json::json!(self.reference),
+            serde_json::json!(self.method),
+            serde_json::json!(self.method_parameters),
+            serde_json::json!(self.budget.amount()),
+            serde_json::json!(self.seed),
+        ];
+        done.extend(own.map(|own| serde_json::json!(own)));
+        self.id = hash(&serde_json::Value::from(done).to_string());
     }
 }
 

@@ -32,6 +32,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(Truth::new(table, None)?)),
     contenders: Contenders::None,
+    of_contenders: &[],
 };
 
 /// The registry's entry of direct lighting.
@@ -47,6 +48,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
     contenders: Contenders::None,
+    of_contenders: &[],
 };
 
 /// Parameters of both truths.

@@ -72,6 +72,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         Ok(Box::new(EnvironmentLighting { parameters }))
     },
     contenders: Contenders::EnvironmentSamplers,
+    of_contenders: &[],
 };
 
 /// Parameters of the technique, shared by reference and contenders.

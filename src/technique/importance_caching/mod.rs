@@ -100,6 +100,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         Ok(Box::new(technique))
     },
     contenders: Contenders::Distributions,
+    of_contenders: &["heuristic", "alpha", "bound_radius", "lookup"],
 };
 
 /// Parameters of the technique.

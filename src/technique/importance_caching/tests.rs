@@ -198,7 +198,7 @@ fn every_distribution_of_records_keeps_the_energy() {
     let description = find_scene("cornell-curved").expect("an embedded scene");
     for method in ["IM", "SD", "SD+AS", "VGC", "VGC+DGS", "per-sample"] {
         let [mean, sigma, exact] = brightness(&images(&description, (method, 20, 16)));
-        assert!(sigma < 0.05 * exact, "{method}: ± {sigma} of {exact}");
+        assert!(sigma < 0.1 * exact, "{method}: ± {sigma} of {exact}");
         assert!(
             (mean - exact).abs() < 4.5 * sigma,
             "{method}: {mean} ± {sigma}, {exact}"

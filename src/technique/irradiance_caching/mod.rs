@@ -83,6 +83,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         Ok(Box::new(technique))
     },
     contenders: Contenders::Distributions,
+    of_contenders: &["lookup"],
 };
 
 /// Parameters of the technique, shared by reference and contenders.
