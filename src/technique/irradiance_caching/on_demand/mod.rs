@@ -31,6 +31,7 @@ use crate::trace::{RayCounter, RayCounts};
 pub const ENTRY: MethodEntry = MethodEntry {
     about: About {
         id: "on-demand",
+        module: include_str!("mod.rs"),
         aliases: &["ward", "irradiance-cache"],
         summary: "the classic irradiance cache: records with gradients, made where none may be used",
         source: "Ward et al. 1988; Ward & Heckbert 1992; Tabellion & Lamorlette 2004; Křivánek et \
