@@ -1,11 +1,25 @@
 //! The one table of methods.
 
+use crate::environment::{
+    EnvironmentSampler, decomposition, fhis, kollig_keller, median_cut, mis, tmms,
+    variance_minimization,
+};
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
-use crate::technique::{PER_SAMPLE, Technique, ambient_occlusion, truth};
+use crate::technique::irradiance_caching::on_demand;
+use crate::technique::{
+    Method, PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, importance_caching,
+    irradiance_caching, truth,
+};
 
 /// All techniques.
-pub const TECHNIQUES: &[TechniqueEntry] =
-    &[ambient_occlusion::ENTRY, truth::DIRECT, truth::PATH_TRACING];
+pub const TECHNIQUES: &[TechniqueEntry] = &[
+    ambient_occlusion::ENTRY,
+    environment_lighting::ENTRY,
+    irradiance_caching::ENTRY,
+    importance_caching::ENTRY,
+    truth::DIRECT,
+    truth::PATH_TRACING,
+];
 
 /// All first stages of placement.
 pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
@@ -13,8 +27,34 @@ pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY]
 /// All refinements of placement.
 pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
 
+/// All samplers of environment maps.
+pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
+    mis::ENTRY,
+    fhis::ENTRY,
+    median_cut::ENTRY,
+    variance_minimization::ENTRY,
+    tmms::ENTRY,
+    kollig_keller::ENTRY,
+    decomposition::FULL_RESOLUTION,
+    decomposition::ENTRY,
+];
+
+/// The sampler of environment maps with this id or alias, in any case.
+pub fn environment_sampler(id: &str) -> Option<&'static SamplerEntry> {
+    ENVIRONMENT_SAMPLERS
+        .iter()
+        .find(|entry| entry.about.answers_to(id))
+}
+
 /// Methods that are no distributions.
-pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE];
+pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE, on_demand::ENTRY];
+
+/// The method of a technique that is no distribution, by its id or alias, in any case.
+pub fn other_method(technique: &str, id: &str) -> Option<&'static MethodEntry> {
+    OTHER_METHODS
+        .iter()
+        .find(|e| e.about.answers_to(id) && e.techniques.contains(&technique))
+}
 
 /// The technique with this id or alias, in any case.
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
@@ -100,9 +140,18 @@ pub struct RefinementEntry {
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
 }
 
-/// A method that is neither: it is built where it runs.
+/// A sampler of environment maps.
+pub struct SamplerEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<EnvironmentSampler, ParameterError>,
+}
+
+/// A method that is no distribution.
 pub struct MethodEntry {
     pub about: About,
+    /// Ids of the techniques it is a contender of.
+    pub techniques: &'static [&'static str],
+    pub build: fn(&toml::Table) -> Result<Method, ParameterError>,
 }
 
 /// Refuses parameters that none of the entries declares.
@@ -137,6 +186,8 @@ pub enum Contenders {
     None,
     /// Cache distributions, and the function itself at every sample.
     Distributions,
+    /// Samplers of environment maps.
+    EnvironmentSamplers,
 }
 
 /// A technique.

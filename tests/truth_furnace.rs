@@ -8,7 +8,7 @@ use lightbench::scene::{
     Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, Needs, Scene,
     SceneDescription, ShapeDescription, ShapeSource, View,
 };
-use lightbench::shade::{PathTracer, RenderOptions, Rendering, render};
+use lightbench::shade::{Depths, PathTracer, RenderOptions, Rendering, render};
 use lightbench::trace::Tracer;
 use truth_support::small_render;
 
@@ -211,7 +211,7 @@ fn images_depend_on_samples_alone() {
         height: 9,
         samples,
         seed: 7,
-        max_depth: 4,
+        depths: Depths::up_to(4),
     };
     let with_threads = |threads| {
         rayon::ThreadPoolBuilder::new()
@@ -244,13 +244,16 @@ fn roulette_keeps_the_mean() {
     let description = scene("roulette", DVec3::new(0.2, 0.1, 0.6), material, vec![cube]);
     let scene = Scene::build(&description, Needs::ALL).expect("box");
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
-    let path_tracer = PathTracer::new(&scene, &tracer).with_roulette(2);
+    let path_tracer = PathTracer::new(&scene, &tracer);
     let options = RenderOptions {
         width: 8,
         height: 8,
         samples: 0..1000,
         seed: 1,
-        max_depth: 40,
+        depths: Depths {
+            roulette_from: Some(2),
+            ..Depths::up_to(40)
+        },
     };
     let found = mean(&render(&path_tracer, &scene.views[0], &options));
     assert!((found * 0.3 - 1.0).abs() < 0.01, "{found}");

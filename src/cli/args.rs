@@ -36,6 +36,8 @@ pub enum Verb {
     Compare(CompareArgs),
     /// Write the record positions of one distribution
     Caches(CachesArgs),
+    /// The lights that a sampler makes of an environment map
+    Lights(LightsArgs),
     /// Look at scenes
     #[command(subcommand)]
     Scene(SceneVerb),
@@ -143,10 +145,12 @@ pub struct ContenderArgs {
     pub view: Option<String>,
     #[arg(long, default_value = "ambient-occlusion")]
     pub technique: String,
-    /// A distribution such as VGC+DGS, or `reference` for the exact function
-    #[arg(long, default_value = "VGC+DGS")]
-    pub method: String,
-    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD
+    /// A distribution such as VGC+DGS (the default), a sampler of environment maps such as
+    /// decomposition (the default of environment-lighting), or `reference` for the exact function
+    #[arg(long)]
+    pub method: Option<String>,
+    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD. Of environment
+    /// lighting: shadow rays per shading point; default: 16
     #[arg(long)]
     pub budget: Option<usize>,
     /// Pixels, for example 480x270; default: the view's
@@ -184,6 +188,32 @@ pub struct CachesArgs {
     /// The CSV file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct LightsArgs {
+    /// An embedded map, NAME on LIGHTBENCH_SCENES, or an .hdr or .exr file
+    pub map: String,
+    /// A sampler of environment maps
+    #[arg(long, default_value = "decomposition")]
+    pub method: String,
+    /// Number of lights
+    #[arg(long, default_value_t = 32)]
+    pub budget: usize,
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Draw them on the tone-mapped map, in a PNG file
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Worker threads; default: all
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// A parameter of the method
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub settings: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -251,7 +281,7 @@ pub struct ReplayArgs {
 
 #[derive(Debug, Args)]
 pub struct ListArgs {
-    /// techniques, distributions, refinements, scenes or generators; default: all
+    /// techniques, distributions, refinements, samplers, scenes or maps; default: all
     pub kind: Option<String>,
 }
 

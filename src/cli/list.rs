@@ -2,15 +2,20 @@
 
 use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
-use crate::registry::{About, Bias, FIRST_STAGES, OTHER_METHODS, REFINEMENTS, TECHNIQUES};
+use crate::environment::embedded_maps;
+use crate::registry::{
+    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, OTHER_METHODS, REFINEMENTS, TECHNIQUES,
+};
 use crate::scene::{find_scene, shipped_scenes};
 
-const KINDS: [&str; 5] = [
+const KINDS: [&str; 7] = [
     "techniques",
     "distributions",
     "refinements",
     "methods",
+    "samplers",
     "scenes",
+    "maps",
 ];
 
 /// Kind, and every entry of it.
@@ -19,10 +24,12 @@ fn entries() -> Vec<(&'static str, &'static About)> {
     let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
     let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
     let others = OTHER_METHODS.iter().map(|e| ("methods", &e.about));
+    let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| ("samplers", &e.about));
     techniques
         .chain(first)
         .chain(refinements)
         .chain(others)
+        .chain(samplers)
         .collect()
 }
 
@@ -44,6 +51,11 @@ pub fn list(args: &ListArgs) -> Result<u8, Failure> {
         println!("{kind}:");
         for (_, about) in entries().iter().filter(|(k, _)| k == kind) {
             println!("  {:<20} {}", about.id, about.summary);
+        }
+        if *kind == "maps" {
+            for (name, summary) in embedded_maps() {
+                println!("  {name:<20} {summary}");
+            }
         }
         if *kind == "scenes" {
             for name in shipped_scenes() {

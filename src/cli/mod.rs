@@ -7,6 +7,7 @@ mod compare;
 mod diff;
 mod exit;
 mod gate;
+mod lights;
 mod list;
 mod merge;
 mod plan;
@@ -24,6 +25,8 @@ pub use args::Cli;
 use args::{RefVerb, SceneVerb, Verb};
 use exit::Failure;
 
+use crate::trace::Kernel;
+
 /// Runs the program and maps errors to exit codes.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -36,6 +39,10 @@ pub fn main() -> ExitCode {
     };
     if ctrlc::set_handler(interrupted).is_err() {
         eprintln!("warning: interrupts are not caught; finished jobs are kept all the same");
+    }
+    if let Err(message) = Kernel::requested() {
+        eprintln!("error: {message}");
+        return ExitCode::from(exit::USAGE);
     }
     match dispatch(cli.verb) {
         Ok(code) => ExitCode::from(code),
@@ -63,6 +70,7 @@ fn dispatch(verb: Verb) -> Result<u8, Failure> {
         Verb::Render(args) => render::run(&args),
         Verb::Compare(args) => compare::run(&args),
         Verb::Caches(args) => caches::run(&args),
+        Verb::Lights(args) => lights::run(&args),
         Verb::Scene(SceneVerb::Check(args)) => check::run(&args),
         Verb::Ref(RefVerb::Status(args)) => reference::status(&args),
         Verb::Ref(RefVerb::Extend(args)) => reference::extend(&args),

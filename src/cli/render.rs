@@ -1,18 +1,14 @@
 //! `render`: one image; and the single contender that `caches` shares.
 
-use std::path::Path;
-
-use glam::{DMat4, DVec3};
 use toml::{Table, Value};
 
 use super::args::{ContenderArgs, RenderArgs};
 use super::exit::{self, Failure};
 use super::run::set_threads;
-use crate::environment::EnvironmentRows;
 use crate::experiment::Override;
 use crate::image::{Attributes, Image, Layer, write_exr, write_png};
-use crate::registry::{self, TechniqueEntry};
-use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_scene};
+use crate::registry::{self, Contenders, TechniqueEntry};
+use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
 use crate::technique::{
     Contender, Film, Frame, Method, Rendered, Stages, Technique, reference_pass,
 };
@@ -28,7 +24,7 @@ pub struct Prepared {
     size: [usize; 2],
     view: usize,
     spp: u32,
-    caches: usize,
+    budget: usize,
     seed: u64,
 }
 
@@ -40,7 +36,8 @@ impl Prepared {
         let mut description = find_scene(&args.scene)?;
         let (parameters, technique) = settings(args, entry, &mut description)?;
         let technique = (entry.build)(&technique)?;
-        let is_reference = args.method.eq_ignore_ascii_case("reference");
+        let name = args.method.as_deref().unwrap_or(default_method(entry));
+        let is_reference = name.eq_ignore_ascii_case("reference");
         if let Some(key) = parameters.keys().next().filter(|_| is_reference) {
             let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
             return Err(Failure::usage(format!(
@@ -51,7 +48,7 @@ impl Prepared {
         }
         let method = match is_reference {
             true => None,
-            false => Some(Method::new(entry, &args.method, &parameters)?),
+            false => Some(Method::new(entry, name, &parameters)?),
         };
         let view = match &args.view {
             None => 0,
@@ -78,7 +75,6 @@ impl Prepared {
         }
         let scene = Scene::build(&description, technique.needs())?;
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let of_paper = (size[0] * size[1]) as f64 * 120_000.0 / (1920.0 * 1080.0);
         Ok(Self {
             technique,
             method,
@@ -87,7 +83,7 @@ impl Prepared {
             size,
             view,
             spp: args.spp,
-            caches: args.budget.unwrap_or((of_paper.round() as usize).max(1)),
+            budget: args.budget.unwrap_or_else(|| default_budget(entry, size)),
             seed: args.seed,
         })
     }
@@ -102,6 +98,11 @@ impl Prepared {
         Frame::new((&self.scene, &self.tracer), view, film)
     }
 
+    /// Canonical id of the method, or `reference`.
+    fn method_id(&self) -> &str {
+        self.method.as_ref().map_or("reference", Method::id)
+    }
+
     /// Renders the contender, or the exact function.
     pub fn render(&self) -> Result<Rendered, Failure> {
         let frame = self.frame();
@@ -112,13 +113,31 @@ impl Prepared {
         let reference = method.needs_reference().then(exact);
         let contender = Contender {
             method,
-            caches: self.caches,
+            budget: self.budget,
             seed: self.seed,
             reference: reference.as_ref(),
         };
         self.technique
             .render(&frame, &contender)
             .map_err(Failure::job)
+    }
+}
+
+/// The full method of the technique's paper.
+fn default_method(entry: &TechniqueEntry) -> &'static str {
+    match entry.contenders {
+        Contenders::None => "reference",
+        Contenders::Distributions => "VGC+DGS",
+        Contenders::EnvironmentSamplers => "decomposition",
+    }
+}
+
+/// 16 lights, or the records per pixel of 120,000 at full HD.
+fn default_budget(entry: &TechniqueEntry, [width, height]: [usize; 2]) -> usize {
+    let of_paper = (width * height) as f64 * 120_000.0 / (1920.0 * 1080.0);
+    match entry.contenders {
+        Contenders::EnvironmentSamplers => 16,
+        Contenders::None | Contenders::Distributions => (of_paper.round() as usize).max(1),
     }
 }
 
@@ -205,20 +224,10 @@ fn settings(
 }
 
 fn environment(value: &Value) -> Result<EnvironmentDescription, Failure> {
-    let path = value
+    let name = value
         .as_str()
-        .ok_or_else(|| Failure::usage("--set environment=FILE: expected a file name"))?;
-    if !Path::new(path).is_file() {
-        return Err(Failure::usage(format!(
-            "--set environment={path}: there is no such file"
-        )));
-    }
-    Ok(EnvironmentDescription::Map {
-        path: path.into(),
-        scale: 1.0,
-        to_world: DMat4::from_translation(DVec3::ZERO),
-        rows: EnvironmentRows::CellCentred,
-    })
+        .ok_or_else(|| Failure::usage("--set environment=MAP: expected a name or a file"))?;
+    Ok(find_environment(name)?)
 }
 
 fn parse_size(text: &str) -> Result<[usize; 2], Failure> {
@@ -252,7 +261,7 @@ pub fn run(args: &RenderArgs) -> Result<u8, Failure> {
     } else {
         let mut attributes = Attributes::new();
         attributes.insert("scene".into(), prepared.scene.name.clone().into());
-        attributes.insert("method".into(), args.contender.method.clone().into());
+        attributes.insert("method".into(), prepared.method_id().into());
         attributes.insert("exposure".into(), f64::from(exposure).into());
         write_exr(
             &args.out,
@@ -281,13 +290,14 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         let record = serde_json::json!({
             "scene": prepared.scene.name,
             "technique": args.contender.technique,
-            "method": args.contender.method,
+            "method": prepared.method_id(),
             "width": width,
             "height": height,
             "spp": prepared.spp,
             "seed": prepared.seed,
             "exposure_stops": prepared.technique.exposure_stops(&prepared.scene),
             "caches": rendered.records.len(),
+            "lights": rendered.lights.as_ref().map(|set| set.lights.len()),
             "rays": rendered.rays.closest,
             "shadow_rays": rendered.rays.shadow,
             "lookups": rendered.lookups,

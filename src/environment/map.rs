@@ -1,11 +1,12 @@
 //! A latitude–longitude radiance map with its orientation and sampling table.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::OnceLock;
 
 use glam::{DMat3, DMat4, Mat3, Vec3};
 
 use super::table::SphereTable;
-use super::{EnvironmentError, SunSky, sun_sky_image};
+use super::{EnvironmentError, SunSky, embedded_map, sun_sky_image};
 use crate::image::{Image, luminance};
 use crate::scene::EnvironmentDescription;
 
@@ -83,6 +84,8 @@ pub struct Environment {
     to_world: Mat3,
     to_map: Mat3,
     table: SphereTable,
+    /// Made when it is first asked for.
+    compensated: OnceLock<SphereTable>,
     /// What was wrong with the input.
     pub sanitised: Sanitised,
 }
@@ -114,6 +117,20 @@ impl Environment {
                 })?;
                 let options = EnvironmentOptions {
                     scale: *scale,
+                    ..EnvironmentOptions::default()
+                };
+                Self::from_image(&image, &options)
+            }
+            EnvironmentDescription::Embedded {
+                name,
+                scale,
+                to_world,
+            } => {
+                let image = embedded_map(name)
+                    .ok_or_else(|| EnvironmentError::Unknown { name: name.clone() })?;
+                let options = EnvironmentOptions {
+                    scale: *scale,
+                    to_world: *to_world,
                     ..EnvironmentOptions::default()
                 };
                 Self::from_image(&image, &options)
@@ -174,15 +191,16 @@ impl Environment {
             to_world,
             to_map: to_world.transpose(),
             table: SphereTable::new(1, vec![1.0, -1.0], |_, _| 0.0),
+            compensated: OnceLock::new(),
             sanitised,
         };
-        environment.table = environment.build_table();
+        environment.table = environment.build_table(|luminance| luminance);
         environment
     }
 
     /// Half-texel cells, so that each lies in one patch of the bilinear lookup and has its value at
     /// the centre: positive wherever the radiance is.
-    fn build_table(&self) -> SphereTable {
+    fn build_table(&self, value: impl Fn(f64) -> f64 + Sync) -> SphereTable {
         let count = self.table_rows();
         let edges = (0..=count)
             .map(|row| (PI * row as f64 / count as f64).cos())
@@ -191,7 +209,7 @@ impl Environment {
         SphereTable::new(columns, edges, |column, row| {
             let u = (column as f64 + 0.5) / columns as f64;
             let v = (row as f64 + 0.5) / count as f64;
-            f64::from(luminance(self.lookup(u, v)))
+            value(f64::from(luminance(self.lookup(u, v))))
         })
     }
 
@@ -220,15 +238,29 @@ impl Environment {
         self.pixels[y * self.width + x]
     }
 
-    /// World direction of the centre of a texel.
-    pub fn texel_direction(&self, x: usize, y: usize) -> Vec3 {
-        let v = match self.rows {
+    /// All texels, row-major from the top.
+    pub(super) fn pixels(&self) -> &[[f32; 3]] {
+        &self.pixels
+    }
+
+    /// Carries directions of the map to the world; orthogonal.
+    pub(super) fn to_world(&self) -> Mat3 {
+        self.to_world
+    }
+
+    /// Polar angle θ of the centre of row `y`.
+    pub(super) fn row_angle_rad(&self, y: usize) -> f64 {
+        PI * match self.rows {
             EnvironmentRows::CellCentred => (y as f64 + 0.5) / self.height as f64,
             EnvironmentRows::PoleCentred if self.height == 1 => 0.5,
             EnvironmentRows::PoleCentred => y as f64 / (self.height - 1) as f64,
-        };
+        }
+    }
+
+    /// World direction of the centre of a texel.
+    pub fn texel_direction(&self, x: usize, y: usize) -> Vec3 {
         let u = (x as f64 + 0.5) / self.width as f64;
-        self.direction(u, (PI * v).cos())
+        self.direction(u, self.row_angle_rad(y).cos())
     }
 
     /// Exact solid angle of each texel of row `y`; all texels together cover 4π.
@@ -267,27 +299,60 @@ impl Environment {
         self.lookup(u, v)
     }
 
+    /// [`Environment::radiance`] and [`Environment::pdf`] (of the compensated density if asked for) at
+    /// once.
+    pub fn radiance_and_pdf(&self, direction: Vec3, compensated: bool) -> ([f32; 3], f32) {
+        let [u, v] = self.coordinates(direction);
+        let table = match compensated {
+            true => self.compensated(),
+            false => &self.table,
+        };
+        let row = (v * self.table_rows() as f64) as usize;
+        (self.lookup(u, v), table.density(u, row) as f32)
+    }
+
     /// A direction with density proportional to the bilinear lookup's luminance (constant over half
     /// texels); `u` in [0, 1)². `None` for a black environment.
     pub fn sample(&self, u: [f64; 2]) -> Option<EnvironmentSample> {
-        let ([phi, cos], pdf) = self.table.sample(u)?;
-        let direction = self.direction(phi, cos);
+        self.sample_of(&self.table, u)
+    }
+
+    /// Density per steradian with which [`Environment::sample`] finds `direction` (unit).
+    pub fn pdf(&self, direction: Vec3) -> f32 {
+        self.radiance_and_pdf(direction, false).1
+    }
+
+    /// The density of MIS compensation (Karlík et al. 2019): proportional to what the luminance has
+    /// above its average; uniform where nothing has.
+    fn compensated(&self) -> &SphereTable {
+        self.compensated.get_or_init(|| {
+            let mean = self.table.total() / (4.0 * PI);
+            // Rounding leaves a constant map something above its average.
+            let table = self.build_table(|l| (l - mean * (1.0 + 1e-6)).max(0.0));
+            if table.total() > 0.0 || mean == 0.0 {
+                table
+            } else {
+                self.build_table(|_| 1.0)
+            }
+        })
+    }
+
+    /// As [`Environment::sample`] by the compensated density, which other samples must complement.
+    pub fn compensated_sample(&self, u: [f64; 2]) -> Option<EnvironmentSample> {
+        self.sample_of(self.compensated(), u)
+    }
+
+    fn sample_of(&self, table: &SphereTable, u: [f64; 2]) -> Option<EnvironmentSample> {
+        let ([phi, cos], pdf) = table.sample(u)?;
         Some(EnvironmentSample {
-            direction,
+            direction: self.direction(phi, cos),
             radiance: self.lookup(phi, cos.acos() / PI),
             pdf_sr: pdf as f32,
         })
     }
 
-    /// Density per steradian with which [`Environment::sample`] finds `direction` (unit).
-    pub fn pdf(&self, direction: Vec3) -> f32 {
-        let [u, v] = self.coordinates(direction);
-        let row = (v * self.table_rows() as f64) as usize;
-        self.table.density(u, row) as f32
-    }
-
-    /// Map coordinates of a world direction, both in [0, 1].
-    fn coordinates(&self, direction: Vec3) -> [f64; 2] {
+    /// Map coordinates (u, v) of a world direction, both in [0, 1].
+    pub fn coordinates(&self, direction: Vec3) -> [f64; 2] {
         let d = (self.to_map * direction).as_dvec3();
         let phi = d.x.atan2(-d.z) / TAU;
         let theta = d.x.hypot(d.z).atan2(d.y);

@@ -1,11 +1,53 @@
-//! Light from infinity: maps, skies and (later) their samplers.
+//! Light from infinity: maps, skies and their samplers.
+//!
+//! A [`LightSampler`] turns a map into a [`LightSet`] once, for all shading points; [`mis::Mis`]
+//! draws directions anew at every point. Samplers work in the map's own space and turn the finished
+//! set, so that rotating a map rotates its lights.
 
+mod blocks;
+pub mod decomposition;
+mod directs;
+mod emissive;
+pub mod fhis;
+mod gallery;
+mod indirects;
+pub mod kollig_keller;
+mod leaves;
+mod light;
 mod map;
+mod mean_shift;
+pub mod median_cut;
+pub mod mis;
+mod penrose;
+mod regions;
+mod relaxation;
+mod rings;
+#[cfg(test)]
+mod sampler_tests;
 mod sky;
+mod strata;
 mod table;
+mod texels;
+pub mod tmms;
+pub mod variance_minimization;
 
+pub use gallery::{embedded_map, embedded_maps};
+pub use light::{Light, LightKind, LightSampler, LightSet};
 pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};
 pub use sky::{SunSky, sun_sky_image};
+
+/// A contender of environment lighting.
+pub enum EnvironmentSampler {
+    /// One set of lights for all shading points.
+    Lights(Box<dyn LightSampler>),
+    /// Directions drawn at every shading point.
+    PerPoint(mis::Mis),
+}
+
+/// The parameters of a sampler without any.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoParameters {}
 
 use std::path::PathBuf;
 
@@ -20,6 +62,8 @@ pub enum EnvironmentError {
         "the environment's to_world must be a rotation (mirrored or uniformly scaled at most): {matrix}"
     )]
     NotARotation { matrix: String },
+    #[error("no environment map is called `{name}`")]
+    Unknown { name: String },
     #[error("{message}")]
     Sky { message: String },
 }

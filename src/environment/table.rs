@@ -13,7 +13,12 @@ pub(super) struct SphereTable {
     running: Vec<f64>,
     /// Running sums over rows of Σ value · solid angle.
     rows: Vec<f64>,
+    /// For each row, where [`GUIDES`] equal parts of its sum begin.
+    guides: Vec<u32>,
 }
+
+/// Parts of a row's sum; a power of two, so that products with it are exact.
+const GUIDES: usize = 256;
 
 impl SphereTable {
     /// Values are taken from `value(column, row)`, which must be finite and not negative.
@@ -34,6 +39,14 @@ impl SphereTable {
                     *entry = sum;
                 }
             });
+        let guides = running
+            .par_chunks(columns)
+            .flat_map_iter(|sums| {
+                let last = sums[columns - 1];
+                let part = move |i: usize| i as f64 / GUIDES as f64 * last;
+                (0..GUIDES).map(move |i| sums.partition_point(|&s| s <= part(i)) as u32)
+            })
+            .collect();
         let mut total = 0.0;
         let rows = (0..row_count)
             .map(|row| {
@@ -47,6 +60,7 @@ impl SphereTable {
             edges,
             running,
             rows,
+            guides,
         }
     }
 
@@ -59,6 +73,7 @@ impl SphereTable {
         size_of_val(self.edges.as_slice())
             + size_of_val(self.running.as_slice())
             + size_of_val(self.rows.as_slice())
+            + size_of_val(self.guides.as_slice())
     }
 
     fn row_of(&self, row: usize) -> &[f64] {
@@ -71,12 +86,22 @@ impl SphereTable {
         if self.total() <= 0.0 {
             return None;
         }
-        let (row, v) = pick(&self.rows, u[1]);
+        let (row, v) = pick(&self.rows, (0, self.rows.len()), u[1]);
         let sums = self.row_of(row);
-        let (column, x) = pick(sums, u[0]);
+        let (column, x) = pick(sums, self.guided(row, u[0]), u[0]);
         let cos = self.edges[row] + v * (self.edges[row + 1] - self.edges[row]);
         let density = self.value(column, row) / self.total();
         (density > 0.0).then_some(([(column as f64 + x) / self.columns as f64, cos], density))
+    }
+
+    /// A range of columns that holds the one which `u` falls into.
+    fn guided(&self, row: usize, u: f64) -> (usize, usize) {
+        let guides = &self.guides[row * GUIDES..(row + 1) * GUIDES];
+        let part = ((u * GUIDES as f64) as usize).min(GUIDES - 1);
+        let end = guides
+            .get(part + 1)
+            .map_or(self.columns, |&g| g as usize + 1);
+        (guides[part] as usize, end.min(self.columns))
     }
 
     /// Density per solid angle at φ (share of the circle in [0, 1]) in `row`; 0 when all values are.
@@ -96,12 +121,50 @@ impl SphereTable {
 }
 
 /// The entry of a running sum that `u` in [0, 1) falls into, never one of zero width, and where in
-/// it. The last sum must be positive.
-fn pick(sums: &[f64], u: f64) -> (usize, f64) {
+/// it; it is one of `first..end`. The last sum must be positive.
+fn pick(sums: &[f64], (first, end): (usize, usize), u: f64) -> (usize, f64) {
     let last = sums[sums.len() - 1];
     let target = u * last;
-    let index = sums.partition_point(|&s| s <= target).min(sums.len() - 1);
+    let index = first + sums[first..end].partition_point(|&s| s <= target);
+    let index = index.min(sums.len() - 1);
     let before = if index == 0 { 0.0 } else { sums[index - 1] };
     let share = (target - before) / (sums[index] - before);
     (index, share.clamp(0.0, 1.0 - f64::EPSILON))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::Rng;
+
+    #[test]
+    fn guides_change_nothing() {
+        let edges = vec![1.0, 0.3, -1.0];
+        for columns in [1, 3, 700] {
+            let table = SphereTable::new(columns, edges.clone(), |column, row| {
+                let random = Rng::new(1, row as u64, column as u64, 0).next_f64();
+                if random < 0.6 {
+                    0.0
+                } else {
+                    random.powi(20) + 1e-9
+                }
+            });
+            let mut rng = Rng::new(2, 0, 0, 0);
+            for row in 0..2 {
+                let sums = table.row_of(row);
+                if sums[columns - 1] == 0.0 {
+                    continue;
+                }
+                for i in 0..4000 {
+                    let u = match i {
+                        0..256 => f64::from(i) / 256.0,
+                        256 => 1.0 - f64::EPSILON / 2.0,
+                        _ => rng.next_f64(),
+                    };
+                    let plain = pick(sums, (0, columns), u);
+                    assert_eq!(pick(sums, table.guided(row, u), u), plain, "{u}");
+                }
+            }
+        }
+    }
 }

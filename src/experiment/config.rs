@@ -25,6 +25,12 @@ pub struct Config {
     /// Records of every contender at full size.
     #[serde(default)]
     pub caches: Option<u64>,
+    /// Shadow rays per shading point of every contender of environment lighting.
+    #[serde(default)]
+    pub lights: Option<u64>,
+    /// Environment maps by name or file, crossed with the scenes that name none themselves.
+    #[serde(default)]
+    pub environment: Option<OneOrMore>,
     /// Scales both sides of the image, and the records by its square: "1/4" keeps records per pixel.
     #[serde(default = "unit_scale")]
     pub scale: Scale,
@@ -104,6 +110,23 @@ impl<'de> Deserialize<'de> for Scale {
     }
 }
 
+/// A name or a list of names.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(untagged)]
+pub enum OneOrMore {
+    One(String),
+    More(Vec<String>),
+}
+
+impl OneOrMore {
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::One(name) => std::slice::from_ref(name),
+            Self::More(names) => names,
+        }
+    }
+}
+
 /// A scene of the experiment, with what differs from the experiment's defaults.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -122,6 +145,11 @@ pub struct SceneChoice {
     pub view: Option<String>,
     #[serde(default)]
     pub caches: Option<u64>,
+    #[serde(default)]
+    pub lights: Option<u64>,
+    /// Replaces the scene's environment; several maps make several scenes.
+    #[serde(default)]
+    pub environment: Option<OneOrMore>,
     #[serde(default)]
     pub size: Option<[usize; 2]>,
     /// Replaces the scene's AO distance, scene units.
@@ -209,6 +237,13 @@ pub struct FigureSpec {
     pub y: Vec<String>,
 }
 
+impl FigureKind {
+    /// Whether it takes what jobs keep of their lights when such a figure is asked for.
+    pub fn shows_lights(self) -> bool {
+        matches!(self, Self::Lights | Self::Classification)
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FigureKind {
@@ -220,6 +255,10 @@ pub enum FigureKind {
     Records,
     /// The map that guided the refinement.
     Discontinuity,
+    /// Lights on the tone-mapped environment map, direct and indirect in two colours.
+    Lights,
+    /// Emissive and other texels of the environment map in two colours.
+    Classification,
 }
 
 /// A statement of the paper about rows.
@@ -232,7 +271,7 @@ pub struct ClaimSpec {
     pub place: String,
     /// For example `rmse(VGC+DGS) < rmse(VGC)`; judged for every scene and swept value.
     pub expect: String,
-    /// Scenes it is about (resolved, asked-for or paper names); default all.
+    /// Scenes it is about (names of rows, or the paper's); default all.
     #[serde(default)]
     pub scenes: Vec<String>,
 }
@@ -320,7 +359,7 @@ impl Source {
     }
 
     /// Parses the text as written.
-    pub fn parse(&self) -> Result<Config, ConfigError> {
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
         toml::from_str(&self.text).map_err(|error| {
             let offset = error.span().map_or(0, |s| s.start);
             self.error_at(offset, error.message().to_owned())

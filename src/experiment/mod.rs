@@ -4,6 +4,7 @@ mod check;
 mod claim;
 mod config;
 mod expression;
+mod light_files;
 mod locate;
 mod overrides;
 mod plan;
@@ -13,23 +14,26 @@ mod reference;
 mod row;
 mod run;
 mod store;
+mod suite;
 
 pub use claim::{Judged, Verdict, judge, overall};
 pub use config::{
-    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, Published, Scale,
+    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published, Scale,
     SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
 };
 pub use expression::{Expression, Measured};
+pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
 pub use overrides::Override;
-pub use plan::{Job, Plan, hash, plan};
+pub use plan::{Budget, Job, Plan, hash, plan};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{NUMBER_COLUMNS, Row, to_csv};
 pub use run::{
     Outcome, RunError, RunOptions, build_method, build_technique, frame_of, load_scene, run,
 };
 pub use store::Store;
+pub use suite::{Member, Suite};
 
-use crate::scene::{SceneDescription, ShapeSource};
+use crate::scene::{EnvironmentDescription, SceneDescription, ShapeSource};
 
 /// A hash of everything a scene declares and of the sizes of the files it names, the same wherever
 /// the scene's folder lies.
@@ -37,6 +41,11 @@ pub fn scene_key(description: &SceneDescription) -> String {
     let mut text = format!("{description:?}");
     if let Some(folder) = description.file.as_ref().and_then(|f| f.parent()) {
         text = text.replace(&format!("{}/", folder.display()), "");
+    }
+    if let Some(EnvironmentDescription::Map { path, .. }) = &description.environment {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+        text = text.replace(&format!("{path:?}"), &format!("{name} {bytes}"));
     }
     for shape in &description.shapes {
         if let ShapeSource::Obj { path, .. }

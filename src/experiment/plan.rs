@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::config::{Config, ConfigError, SceneTransform, Source};
+use super::config::{Config, ConfigError, SceneChoice, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
 use crate::registry::{self, Contenders, TechniqueEntry};
-use crate::scene::{SceneDescription, find_scene};
-use crate::technique::Method;
+use crate::scene::{SceneDescription, find_environment, find_scene};
+use crate::technique::{Method, Technique};
 
 /// Changes whenever the same job would give another result, so that older results are not reused.
 const FORMAT: u32 = 1;
@@ -49,7 +49,9 @@ pub struct Job {
     pub method: String,
     pub label: String,
     pub method_parameters: Table,
-    pub caches: u64,
+    /// Map that replaces the scene's, by name.
+    pub environment: Option<String>,
+    pub budget: Budget,
     pub seed: u64,
     pub width: usize,
     pub height: usize,
@@ -61,34 +63,79 @@ pub struct Job {
     pub allow_non_finite: bool,
 }
 
-impl Job {
-    /// What contenders share, as text.
-    pub fn budget(&self) -> String {
-        format!("caches={}", self.caches)
-    }
+/// What the contenders of an experiment share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Budget {
+    /// Records.
+    Caches(u64),
+    /// Shadow rays per shading point: lights at full resolution, or samples.
+    Lights(u64),
+}
 
-    /// Rays this job will cast, at most: camera rays and evaluations of its records.
+impl Budget {
+    pub fn amount(self) -> u64 {
+        match self {
+            Self::Caches(amount) | Self::Lights(amount) => amount,
+        }
+    }
+}
+
+impl std::fmt::Display for Budget {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Caches(amount) => write!(f, "caches={amount}"),
+            Self::Lights(amount) => write!(f, "lights={amount}"),
+        }
+    }
+}
+
+impl Job {
+    /// Rays this job will cast, at most: camera rays, and evaluations of its records or shadow rays
+    /// of its lights.
     pub fn estimated_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
-        pixels * (1 + u64::from(self.spp)) + self.caches * self.rays_per_evaluation()
+        let samples = pixels * u64::from(self.spp);
+        match self.budget {
+            Budget::Caches(caches) => pixels + samples + caches * self.rays_per_evaluation(),
+            Budget::Lights(lights) => samples * (1 + lights),
+        }
+    }
+
+    fn rays_per_evaluation(&self) -> u64 {
+        self.built_technique()
+            .map_or(0, |technique| technique.rays_per_evaluation())
     }
 
     /// Rays of its reference.
     pub fn reference_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
-        pixels * u64::from(self.spp) * (1 + self.rays_per_evaluation())
+        self.built_technique().map_or(0, |technique| {
+            let samples = u64::from(technique.reference_samples(self.spp));
+            pixels * samples * technique.rays_per_reference_sample()
+        })
     }
 
-    fn rays_per_evaluation(&self) -> u64 {
-        registry::technique(&self.technique)
-            .and_then(|entry| (entry.build)(&self.technique_parameters).ok())
-            .map_or(0, |technique| technique.rays_per_evaluation())
+    /// Bytes its records will take.
+    pub fn estimated_bytes(&self) -> u64 {
+        match self.budget {
+            Budget::Caches(caches) => {
+                let technique = self.built_technique();
+                caches * technique.map_or(0, |t| t.bytes_per_record())
+            }
+            Budget::Lights(_) => 0,
+        }
+    }
+
+    fn built_technique(&self) -> Option<Box<dyn Technique>> {
+        let entry = registry::technique(&self.technique)?;
+        (entry.build)(&self.technique_parameters).ok()
     }
 }
 
 /// Plans one config under overrides. With several values anywhere, every combination is planned.
 pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), ConfigError> {
-    let written = source.parse()?;
+    let written: Config = source.parse()?;
     let single: Vec<(String, Value)> = overrides
         .iter()
         .filter(|o| o.values.len() == 1)
@@ -110,7 +157,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         name: base.name.clone(),
         title: base.title.clone(),
         configs: vec![source.file.clone()],
-        overrides: Vec::new(),
+        overrides: overrides.iter().map(Override::to_string).collect(),
         jobs: Vec::new(),
         notes: Vec::new(),
     };
@@ -165,12 +212,15 @@ fn combinations(axes: &BTreeMap<String, Vec<Value>>) -> Vec<BTreeMap<String, Val
         })
 }
 
-/// A scene of the config that was found.
+/// A scene of the config that was found, under one environment.
+#[derive(Clone, Copy)]
 struct PlannedScene<'a> {
     /// Position in the config's list, in decimal.
     index: &'a str,
     found: &'a str,
     description: &'a SceneDescription,
+    /// Name of the map in the description, if the config names one.
+    environment: Option<&'a str>,
 }
 
 struct Planner<'a> {
@@ -233,10 +283,65 @@ impl Planner<'_> {
                 index: &index,
                 found: &found,
                 description: &description,
+                environment: None,
             };
-            self.add_scene(plan, &scene, &methods)?;
+            let environments = choice.environment.as_ref().or(config.environment.as_ref());
+            let Some(environments) = environments else {
+                self.add_scene(plan, &scene, &methods)?;
+                continue;
+            };
+            for name in environments.names() {
+                let mut lit = description.clone();
+                lit.environment = Some(find_environment(name).map_err(|error| {
+                    let path: &[&str] = match choice.environment {
+                        Some(_) => &["scene", &index, "environment"],
+                        None => &["environment"],
+                    };
+                    self.source.error(path, error.to_string())
+                })?);
+                let scene = PlannedScene {
+                    description: &lit,
+                    environment: Some(name),
+                    ..scene
+                };
+                self.add_scene(plan, &scene, &methods)?;
+            }
         }
         Ok(())
+    }
+
+    /// The budget that the technique takes, for one scene.
+    fn budget(&self, choice: &SceneChoice) -> Result<Budget, (&'static str, String)> {
+        let config = self.config;
+        let lights = registry::technique(&config.technique)
+            .is_some_and(|t| t.contenders == Contenders::EnvironmentSamplers);
+        let [wanted, unused] = match lights {
+            true => ["lights", "caches"],
+            false => ["caches", "lights"],
+        };
+        let given = |key: &str| match key {
+            "caches" => choice.caches.or(config.caches),
+            _ => choice.lights.or(config.lights),
+        };
+        if given(unused).is_some() {
+            let message = format!(
+                "{} takes `{wanted}`, not `{unused}`, as its budget",
+                config.technique
+            );
+            return Err((unused, message));
+        }
+        let full = given(wanted).filter(|n| *n > 0).ok_or_else(|| {
+            let message =
+                format!("no number of {wanted}: set `{wanted}` for the experiment or the scene");
+            (wanted, message)
+        })?;
+        Ok(match lights {
+            true => Budget::Lights(full),
+            false => {
+                let scaled = full as f64 * config.scale.0 * config.scale.0;
+                Budget::Caches((scaled.round() as u64).max(1))
+            }
+        })
     }
 
     /// Method id, label and parameters, all checked.
@@ -294,6 +399,7 @@ impl Planner<'_> {
             index,
             found,
             description,
+            environment,
         } = *scene;
         let position: usize = index.parse().unwrap_or(0);
         let choice = &config.scene[position];
@@ -314,26 +420,28 @@ impl Planner<'_> {
             .or(config.size)
             .unwrap_or([view.width, view.height]);
         let scaled = |side: usize| ((side as f64 * config.scale.0).round() as usize).max(1);
-        let full_caches = choice.caches.or(config.caches).ok_or_else(|| {
-            at(
-                "caches",
-                "no number of caches: set `caches` for the experiment or the scene".into(),
-            )
-        })?;
-        let caches = ((full_caches as f64 * config.scale.0 * config.scale.0).round() as u64).max(1);
+        let budget = self
+            .budget(choice)
+            .map_err(|(key, message)| at(key, message))?;
         let mut technique_parameters = config.parameters.clone();
         if let Some(distance) = choice.ao_distance {
             technique_parameters.insert("distance".into(), Value::Float(distance));
         }
         let technique = registry::technique(&config.technique).map_or("", |e| e.about.id);
+        let name = choice.label.as_ref().unwrap_or(&description.name);
+        let several = choice.environment.as_ref().or(config.environment.as_ref());
+        let name = match environment {
+            // A label of its own says all about a scene under one map.
+            Some(map) if choice.label.is_none() || several.is_some_and(|e| e.names().len() > 1) => {
+                format!("{name}/{map}")
+            }
+            _ => name.clone(),
+        };
         for (method, label, parameters) in methods {
             for repeat in 0..config.repeats {
                 let mut job = Job {
                     id: String::new(),
-                    scene: choice
-                        .label
-                        .clone()
-                        .unwrap_or_else(|| description.name.clone()),
+                    scene: name.clone(),
                     found: found.to_owned(),
                     asked: choice.name.clone(),
                     paper: choice.paper.clone(),
@@ -344,7 +452,8 @@ impl Planner<'_> {
                     method: method.clone(),
                     label: label.clone(),
                     method_parameters: parameters.clone(),
-                    caches,
+                    environment: environment.map(str::to_owned),
+                    budget,
                     seed: config.seed + u64::from(repeat),
                     width: scaled(full_width),
                     height: scaled(full_height),
@@ -380,7 +489,7 @@ impl Job {
             self.reference,
             self.method,
             self.method_parameters,
-            self.caches,
+            self.budget.amount(),
             self.seed
         ]);
         self.id = hash(&done.to_string());

@@ -26,7 +26,7 @@ pub struct Row {
     pub sweep: serde_json::Map<String, serde_json::Value>,
     /// Resolved and found parameters.
     pub params: serde_json::Map<String, serde_json::Value>,
-    /// What the contenders share, for example `caches=7500`.
+    /// What the contenders share, for example `caches=7500` or `lights=16`.
     pub budget: String,
     pub seed: u64,
     pub width: usize,
@@ -79,7 +79,7 @@ impl Row {
             .iter()
             .filter_map(|(k, v)| Some((k.clone(), serde_json::to_value(v).ok()?)))
             .collect();
-        self.budget = job.budget();
+        self.budget = job.budget.to_string();
         self.seed = job.seed;
         self.width = job.width;
         self.height = job.height;

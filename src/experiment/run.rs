@@ -7,12 +7,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::light_files::write_lights;
 use super::reference::{Reference, ReferenceStore};
-use super::{Config, Job, Plan, Row, Store, progress::Progress};
+use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::registry::{self, TechniqueEntry};
-use crate::scene::{Scene, find_scene};
+use crate::scene::{Scene, find_environment, find_scene};
 use crate::technique::{Contender, Film, Frame, Method, Rendered, Technique};
 use crate::trace::Tracer;
 
@@ -67,6 +68,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         progress: Progress::new(plan, options.quiet),
         outcome: Outcome::default(),
         experiment: plan.name.clone(),
+        keeps_lights: config.figure.iter().any(|f| f.kind.shows_lights()),
     };
     runner
         .store
@@ -86,7 +88,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         .collect();
     runner.outcome.found = seen.len() - open.len();
     runner.progress.start(&open, runner.outcome.found);
-    for jobs in open.chunk_by(|a, b| a.found == b.found && a.transform == b.transform) {
+    for jobs in open.chunk_by(|a, b| same_scene(a, b)) {
         runner.scene(jobs, options.fail_fast)?;
         if options.fail_fast && runner.outcome.failed > 0 {
             break;
@@ -98,12 +100,19 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
     Ok(runner.outcome)
 }
 
+/// Whether two jobs look at the same loaded scene.
+fn same_scene(a: &Job, b: &Job) -> bool {
+    a.found == b.found && a.transform == b.transform && a.environment == b.environment
+}
+
 struct Runner {
     store: Store,
     references: ReferenceStore,
     progress: Progress,
     outcome: Outcome,
     experiment: String,
+    /// Whether a figure asks for the lights of the jobs.
+    keeps_lights: bool,
 }
 
 impl Runner {
@@ -150,7 +159,15 @@ impl Runner {
             self.outcome.done += 1;
             self.progress.time("writing", || {
                 self.store.write_job(&row, |folder| match &pictures {
-                    Some(pictures) => pictures.write(folder, &row),
+                    Some(pictures) => {
+                        if let Some(set) = &pictures.rendered.lights
+                            && let Some(map) = &frame.scene.environment
+                            && self.keeps_lights
+                        {
+                            write_lights(folder, set, map)?;
+                        }
+                        pictures.write(folder, &row)
+                    }
                     None => Ok(()),
                 })
             })?;
@@ -183,7 +200,7 @@ impl Runner {
         };
         let contender = Contender {
             method: &method,
-            caches: job.caches as usize,
+            budget: job.budget.amount() as usize,
             seed: job.seed,
             reference: Some(&reference.mean),
         };
@@ -242,6 +259,9 @@ fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
 /// The scene of a job, with only what the technique needs.
 pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunError> {
     let mut description = find_scene(&job.found)?;
+    if let Some(name) = &job.environment {
+        description.environment = Some(find_environment(name)?);
+    }
     if let Some(t) = job.transform {
         description = description.transformed(t.scale, t.rotate_y_deg, DVec3::from(t.translate));
     }
@@ -272,7 +292,10 @@ fn fill(
     (rendered, comparison): (&Rendered, &Comparison),
     reference: &Reference,
 ) {
-    row.caches = Some(rendered.records.len() as u64);
+    match job.budget {
+        Budget::Caches(_) => row.caches = Some(rendered.records.len() as u64),
+        Budget::Lights(_) => row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64),
+    }
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;
     row.lookups = rendered.lookups;

@@ -9,7 +9,7 @@ use super::data::{Data, SceneOf};
 use super::font::Fonts;
 use super::pictures::{self, Pictures};
 use super::viewer::{self, Viewer};
-use super::{curves, escape, overlay, side_by_side};
+use super::{curves, escape, light_map, overlay, side_by_side};
 use crate::experiment::{FigureKind, FigureSpec};
 use crate::image::{Image, write_png_coded};
 
@@ -136,6 +136,8 @@ fn one_scene(
         FigureKind::SideBySide => side_by_side::draw(fonts, shown, (&title, &spec.insets)),
         FigureKind::Records => overlay::records(fonts, shown, &title),
         FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, &title),
+        FigureKind::Lights => light_map::lights(fonts, shown, &title),
+        FigureKind::Classification => light_map::classes(fonts, shown, &title),
         FigureKind::Curves => return Ok(()),
     };
     match drawing {

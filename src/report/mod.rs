@@ -15,11 +15,13 @@ mod figure;
 mod font;
 mod html;
 mod inset;
+mod light_map;
 mod number;
 mod overlay;
 mod pictures;
 mod published;
 mod side_by_side;
+mod suite;
 mod summary;
 mod table;
 mod table_kinds;
@@ -27,6 +29,9 @@ mod table_text;
 mod viewer;
 
 use std::path::{Path, PathBuf};
+
+pub use light_map::draw_lights;
+pub use suite::write_suite;
 
 /// What a report consists of.
 #[derive(Clone, Debug, Default)]

@@ -8,7 +8,9 @@ use super::pictures::Pictures;
 use super::side_by_side::bright_end;
 use crate::image::{Image, Plane};
 
-const MARGIN: usize = 16;
+pub const MARGIN: usize = 16;
+/// From the lower margin to the baseline of a legend.
+pub const FOOT_LINE: f32 = 10.0;
 const GAP: usize = 14;
 const HEAD: usize = 40;
 const FOOT: usize = 44;
@@ -93,7 +95,7 @@ fn dotted(pictures: &Pictures, records: &Plane, size: (usize, usize)) -> Image {
 }
 
 fn legend(canvas: &mut Image, fonts: &Fonts) {
-    let y = (canvas.height - MARGIN - 10) as f32;
+    let y = (canvas.height - MARGIN) as f32 - FOOT_LINE;
     let ink = Ink::black(22.0);
     let mut x = MARGIN as f32;
     for (text, color) in [("first stage", FIRST), ("refinement", REFINED)] {
@@ -149,7 +151,7 @@ fn scale(canvas: &mut Image, fonts: &Fonts, high: f32) {
 
 /// Panels of equal size with their labels above, at most three (two of large ones) in a row, a title
 /// above and room for a legend below.
-fn arrange(fonts: &Fonts, panels: &[(String, Image)], title: &str) -> Image {
+pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], title: &str) -> Image {
     let widest = panels.iter().map(|(_, p)| p.width).max().unwrap_or(1);
     let tallest = panels.iter().map(|(_, p)| p.height).max().unwrap_or(1);
     let cell = widest.max(300);

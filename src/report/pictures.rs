@@ -1,8 +1,12 @@
 //! The images that jobs left behind.
 
+use std::collections::BTreeSet;
+use std::path::Path;
+
 use super::data::{Case, Data, SceneOf};
-use crate::experiment::Row;
-use crate::image::{Image, Plane, Samples, luminance, read_layers};
+use crate::environment::LightKind;
+use crate::experiment::{LIGHTS_FILE, LightFile, MAP_FILE, Row};
+use crate::image::{Image, Plane, Samples, luminance, read_coded, read_layers};
 
 /// The layers of one job's `image.exr` that figures show.
 pub struct Pictures<'a> {
@@ -13,8 +17,34 @@ pub struct Pictures<'a> {
     pub records: Option<Plane>,
     pub flip: Option<Plane>,
     pub discontinuity: Option<Plane>,
+    /// Kept when the config asks for a figure of them.
+    pub lights: Option<LightPictures>,
     /// Stops.
     pub exposure: f32,
+}
+
+/// What a job kept of its lights.
+pub struct LightPictures {
+    /// The map, tone-mapped and coded.
+    pub map: Image,
+    /// Map coordinates in [0, 1] and kinds.
+    pub lights: Vec<([f32; 2], LightKind)>,
+    /// Pixels of the map with emissive texels.
+    pub emissive: BTreeSet<u32>,
+}
+
+impl LightPictures {
+    /// `None` where a job kept none.
+    fn read(folder: &Path) -> Option<Self> {
+        let text = std::fs::read_to_string(folder.join(LIGHTS_FILE)).ok()?;
+        let file: LightFile = serde_json::from_str(&text).ok()?;
+        let (map, _) = read_coded(&folder.join(MAP_FILE)).ok()?;
+        Some(Self {
+            map,
+            emissive: file.emissive_pixels(),
+            lights: file.lights,
+        })
+    }
 }
 
 /// The pictures of every method of a scene, in the order of the methods: of the first seed and the
@@ -58,6 +88,7 @@ fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
         records: None,
         flip: None,
         discontinuity: None,
+        lights: LightPictures::read(&data.store.job_folder(&row.job)),
         exposure: file
             .attributes
             .get("exposure")

@@ -188,6 +188,12 @@ pub enum EnvironmentDescription {
         to_world: DMat4,
         rows: EnvironmentRows,
     },
+    /// One of [`crate::environment::embedded_maps`].
+    Embedded {
+        name: String,
+        scale: f32,
+        to_world: DMat4,
+    },
     /// Hosek–Wilkie sky with or without the solar disc.
     SunSky {
         /// Unit vector towards the sun, world space.

@@ -14,6 +14,15 @@ pub enum SceneError {
         looked: String,
         known: String,
     },
+    /// Neither an embedded map, nor on the search path, nor a file.
+    #[error(
+        "environment map `{name}` not found; looked in: {looked}. Known maps: {known}. Set LIGHTBENCH_SCENES to add folders"
+    )]
+    EnvironmentNotFound {
+        name: String,
+        looked: String,
+        known: String,
+    },
     /// A syntax or value error at a place in a text file.
     #[error("{}:{line}:{column}: {message}", file.display())]
     At {

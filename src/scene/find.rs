@@ -22,6 +22,10 @@ const SHIPPED: &[(&str, &str)] = shipped![
     "robots",
     "stairs",
     "statues",
+    "still-glossy",
+    "still-puzzle",
+    "still-twigs",
+    "still-zoo",
     "table",
 ];
 
@@ -37,14 +41,18 @@ const SCENE_FILES: [&str; 2] = ["scene.toml", "scene.xml"];
 /// the folders of `LIGHTBENCH_SCENES` (or a `.toml`/`.xml` file below one of them); a path to such a
 /// file or folder. A name that starts with `./` or `/` is always a path.
 pub fn find_scene(name: &str) -> Result<SceneDescription, SceneError> {
-    let folders: Vec<PathBuf> = std::env::var_os(PATH_VARIABLE)
+    find_scene_in(name, &search_folders())
+}
+
+/// The folders of `LIGHTBENCH_SCENES`.
+pub(super) fn search_folders() -> Vec<PathBuf> {
+    std::env::var_os(PATH_VARIABLE)
         .map(|list| {
             std::env::split_paths(&list)
                 .filter(|p| !p.as_os_str().is_empty())
                 .collect()
         })
-        .unwrap_or_default();
-    find_scene_in(name, &folders)
+        .unwrap_or_default()
 }
 
 /// As [`find_scene`], with the folders of the search path given.

@@ -9,6 +9,7 @@ mod check;
 mod description;
 mod error;
 mod find;
+mod find_environment;
 mod geometry;
 mod load_toml;
 mod material;
@@ -33,6 +34,7 @@ pub use description::{
 };
 pub use error::SceneError;
 pub use find::{find_scene, find_scene_in, shipped_scenes};
+pub use find_environment::{find_environment, find_environment_in};
 pub use material::{Bsdf, ColourSource, Material, MicrofacetDistribution};
 pub use mesh::Mesh;
 pub use texture::{Texture, Wrap};

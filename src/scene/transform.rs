@@ -24,7 +24,10 @@ impl SceneDescription {
             *direction = turn * *direction;
         }
         match &mut self.environment {
-            Some(EnvironmentDescription::Map { to_world, .. }) => {
+            Some(
+                EnvironmentDescription::Map { to_world, .. }
+                | EnvironmentDescription::Embedded { to_world, .. },
+            ) => {
                 *to_world = DMat4::from_quat(turn) * *to_world;
             }
             Some(EnvironmentDescription::SunSky { sun_direction, .. }) => {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::path::PathTracer;
+use super::path::{Depths, PathTracer};
 use crate::image::Image;
 use crate::sample::Rng;
 use crate::scene::View;
@@ -18,7 +18,7 @@ pub struct RenderOptions {
     pub samples: std::ops::Range<u64>,
     pub seed: u64,
     /// See [`PathTracer::radiance`].
-    pub max_depth: u32,
+    pub depths: Depths,
 }
 
 /// A sample that was kept out of the mean.
@@ -101,8 +101,8 @@ impl Camera<'_> {
                 let film_x = x as f64 + rng.next_f64();
                 let film_y = y as f64 + rng.next_f64();
                 let ray = Ray::new(origin, self.view.direction(film_x, film_y, size));
-                let depth = self.options.max_depth;
-                let rgb = path_tracer.radiance(caster, ray, &mut rng, depth);
+                let depths = self.options.depths;
+                let rgb = path_tracer.radiance(caster, ray, &mut rng, depths);
                 if rgb.iter().all(|c| c.is_finite()) {
                     row.moments[x].add(rgb);
                 } else {

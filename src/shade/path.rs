@@ -16,7 +16,29 @@ pub struct PathTracer<'a> {
     surfaces: Surfaces<'a>,
     lights: Lights<'a>,
     tracer: &'a Tracer,
-    roulette_from: Option<u32>,
+}
+
+/// Which paths are counted, by their edges after the point that the first ray starts from, as
+/// Mitsuba counts them: 1 is emission that the ray sees, 2 light scattered once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Depths {
+    /// Shorter paths do not count: 2 leaves out emission at the end of the first ray.
+    pub first: u32,
+    /// Longer paths do not count.
+    pub last: u32,
+    /// From this depth on paths end at random, by their throughput; the mean stays the same.
+    pub roulette_from: Option<u32>,
+}
+
+impl Depths {
+    /// All paths of up to `last` edges, without roulette.
+    pub fn up_to(last: u32) -> Self {
+        Self {
+            first: 1,
+            last,
+            roulette_from: None,
+        }
+    }
 }
 
 /// What a path carries from one vertex to the next.
@@ -35,14 +57,7 @@ impl<'a> PathTracer<'a> {
             surfaces: Surfaces::new(scene),
             lights: Lights::new(scene),
             tracer,
-            roulette_from: None,
         }
-    }
-
-    /// Ends paths at random from this depth on, by their throughput; the mean stays the same.
-    pub fn with_roulette(mut self, from_depth: u32) -> Self {
-        self.roulette_from = Some(from_depth);
-        self
     }
 
     /// The materials.
@@ -60,34 +75,46 @@ impl<'a> PathTracer<'a> {
         self.tracer
     }
 
-    /// One estimate of the radiance that arrives along `ray`, against its direction. `max_depth`
-    /// counts edges after the camera as Mitsuba does: 1 sees emission only, 2 adds direct light.
-    /// Passing an opacity mask or a pane of glass counts. The result is not finite only where a
+    /// One estimate of the radiance that arrives along `ray`, against its direction. Passing an opacity mask or a pane of glass counts. The result is not finite only where a
     /// light or material is; sums must leave it out.
-    pub fn radiance(
+    pub fn radiance(&self, caster: &Caster, ray: Ray, rng: &mut Rng, depths: Depths) -> [f32; 3] {
+        self.gather(caster, ray, rng, depths).0.into()
+    }
+
+    /// [`PathTracer::radiance`], and the distance to what the ray meets first (infinite when it
+    /// meets nothing).
+    pub fn gather(
         &self,
         caster: &Caster,
         mut ray: Ray,
         rng: &mut Rng,
-        max_depth: u32,
-    ) -> [f32; 3] {
+        depths: Depths,
+    ) -> (Vec3, f32) {
         let mut sum = Vec3::ZERO;
+        let mut distance = f32::INFINITY;
         let mut carried = Carried {
             throughput: Vec3::ONE,
             pdf_sr: 0.0,
             delta: true,
         };
-        for depth in 1..=max_depth {
+        for depth in 1..=depths.last {
             let Some(hit) = caster.closest(&ray) else {
-                sum += carried.throughput * self.seen_environment(ray.direction, &carried);
+                if depth >= depths.first {
+                    sum += carried.throughput * self.seen_environment(ray.direction, &carried);
+                }
                 break;
             };
+            if depth == 1 {
+                distance = hit.t;
+            }
             let at = self.surfaces.interact(&hit, ray.direction);
-            sum += carried.throughput * self.seen_emission(&at, hit.t, &carried);
-            if depth == max_depth {
+            if depth >= depths.first {
+                sum += carried.throughput * self.seen_emission(&at, hit.t, &carried);
+            }
+            if depth == depths.last {
                 break;
             }
-            if !at.bsdf.is_delta() {
+            if !at.bsdf.is_delta() && depth + 1 >= depths.first {
                 sum += carried.throughput * self.sampled_light(caster, &at, rng);
             }
             let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
@@ -97,12 +124,39 @@ impl<'a> PathTracer<'a> {
                 pdf_sr: sample.pdf_sr,
                 delta: sample.delta,
             };
-            if carried.throughput == Vec3::ZERO || !self.survives(&mut carried, depth, rng) {
+            if carried.throughput == Vec3::ZERO || !survives(&mut carried, depth, depths, rng) {
                 break;
             }
             ray = self.lights.spawn(&at, sample.direction);
         }
-        sum.into()
+        (sum, distance)
+    }
+
+    /// Emission of a surface towards its viewer and light that it scatters once: one light sample
+    /// and one sampled direction. Not finite only where a light or material is.
+    pub fn direct(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
+        let mut sum = self.lights.emitted(at);
+        if !at.bsdf.is_delta() {
+            sum += self.sampled_light(caster, at, rng);
+        }
+        let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+        if let Some(sample) = at.sample(u) {
+            let carried = Carried {
+                throughput: sample.weight,
+                pdf_sr: sample.pdf_sr,
+                delta: sample.delta,
+            };
+            let ray = self.lights.spawn(at, sample.direction);
+            let seen = match caster.closest(&ray) {
+                None => self.seen_environment(sample.direction, &carried),
+                Some(hit) => {
+                    let light = self.surfaces.interact(&hit, sample.direction);
+                    self.seen_emission(&light, hit.t, &carried)
+                }
+            };
+            sum += sample.weight * seen;
+        }
+        sum
     }
 
     fn seen_environment(&self, direction: Vec3, carried: &Carried) -> Vec3 {
@@ -137,15 +191,15 @@ impl<'a> PathTracer<'a> {
         };
         scattered * (weight / light.pdf_sr)
     }
+}
 
-    fn survives(&self, carried: &mut Carried, depth: u32, rng: &mut Rng) -> bool {
-        if self.roulette_from.is_none_or(|from| depth < from) {
-            return true;
-        }
-        let chance = carried.throughput.max_element().clamp(0.05, 0.95);
-        carried.throughput /= chance;
-        rng.next_f32() < chance
+fn survives(carried: &mut Carried, depth: u32, depths: Depths, rng: &mut Rng) -> bool {
+    if depths.roulette_from.is_none_or(|from| depth < from) {
+        return true;
     }
+    let chance = carried.throughput.max_element().clamp(0.05, 0.95);
+    carried.throughput /= chance;
+    rng.next_f32() < chance
 }
 
 /// Veach's power heuristic with exponent 2 for one sample of each of two techniques.

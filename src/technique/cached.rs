@@ -1,7 +1,6 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::frame::look_band;
@@ -30,6 +29,9 @@ pub trait CachedTechnique: Technique {
     /// A random estimate of the function at every sample, for the contender without records; its
     /// samples count passes.
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
+
+    /// Adds to an image made from records what is not in them and costs all contenders the same.
+    fn finish(&self, _: &Frame, _: &mut Rendered) {}
 }
 
 /// A shading point that becomes a record.
@@ -67,6 +69,16 @@ pub trait CachedFunction: Sync {
 
     /// Bytes held by the records.
     fn bytes(&self) -> usize;
+
+    /// Values that were not finite and were left out of records.
+    fn non_finite(&self) -> u64 {
+        0
+    }
+
+    /// What is worth reporting of lookups.
+    fn found(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
 }
 
 /// The largest M: weights of a sample live on the stack.
@@ -144,6 +156,8 @@ pub fn render(
             render_distribution(technique, frame, contender, distribution)
         }
         Method::PerSample(method) => per_sample::render(technique, frame, contender, method),
+        Method::EnvironmentSampler(id, _) => Err(format!("cached techniques do not take {id}")),
+        Method::OnDemand(_) => Err("records are made on demand for irradiance only".into()),
     }
 }
 
@@ -201,7 +215,7 @@ fn render_setting(
     first: &dyn FirstStage,
     refinement: Option<&dyn Refinement>,
 ) -> Rendered {
-    let (_, frame, _) = job;
+    let (technique, frame, _) = job;
     let counter = RayCounter::default();
     let records = place_and_evaluate(job, &counter, (first, refinement));
     let shader = Shader {
@@ -215,7 +229,8 @@ fn render_setting(
     let points = &records.points;
     rendered.image = image;
     rendered.lookups = lookups;
-    rendered.non_finite = non_finite;
+    rendered.non_finite = non_finite + records.function.non_finite();
+    rendered.found.extend(records.function.found());
     rendered.records = records
         .sites
         .iter()
@@ -228,6 +243,7 @@ fn render_setting(
         .collect();
     rendered.rays = counter.read();
     rendered.bytes_peak = records.function.bytes() + frame.tracer.bytes() + points.bytes();
+    technique.finish(frame, &mut rendered);
     rendered
 }
 
@@ -242,9 +258,9 @@ fn place_and_evaluate<'a>(
     let mut stages = Stages::default();
     let points = stages.time("shading_points", || shading_points(frame, counter));
     let kept = refinement.map_or(0.0, |r| r.ratio());
-    let refined = ((contender.caches as f64 * kept).round() as usize).min(contender.caches);
+    let refined = ((contender.budget as f64 * kept).round() as usize).min(contender.budget);
     let placement = stages.time("placement", || {
-        first.place(&points, contender.caches - refined, contender.seed)
+        first.place(&points, contender.budget - refined, contender.seed)
     });
     let mut rendered = Rendered {
         found: placement.found,
@@ -275,11 +291,11 @@ fn place_and_evaluate<'a>(
         });
         sites.extend(more.sites);
     }
-    if sites.len() != contender.caches {
+    if sites.len() != contender.budget {
         rendered.notes.push(format!(
             "{} records instead of {}: the view has {} shading points",
             sites.len(),
-            contender.caches,
+            contender.budget,
             points.len()
         ));
     }

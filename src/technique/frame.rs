@@ -75,6 +75,15 @@ pub struct Seen {
     pub throughput: Vec3,
 }
 
+/// A camera sample that sees no surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Missed {
+    /// Unit direction in which it leaves the scene.
+    pub direction: Vec3,
+    /// Product of the specular reflections and transmissions on the way; black when it was absorbed.
+    pub throughput: Vec3,
+}
+
 /// Most specular surfaces that a camera sample passes; what lies behind more of them is not seen.
 const MOST_SPECULAR: u32 = 16;
 /// Keys the choices between reflection and transmission.
@@ -117,8 +126,13 @@ impl<'a> Frame<'a> {
     /// transmission depend on pixel and sample alone, so that all contenders and the reference see
     /// the same.
     pub fn look(&self, caster: &Caster, pixel: u32, sample: u32) -> Option<Seen> {
+        self.look_out(caster, pixel, sample).ok()
+    }
+
+    /// As [`Frame::look`], and for the background what the sample sees of it.
+    pub fn look_out(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Missed> {
         let ray = self.camera_ray(pixel, sample);
-        let hit = caster.closest(&ray)?;
+        let hit = caster.closest(&ray);
         self.look_on(caster, [pixel, sample], (ray, hit))
     }
 
@@ -144,20 +158,19 @@ impl<'a> Frame<'a> {
         for (i, &pixel) in pixels.iter().enumerate() {
             for (k, sample) in samples.clone().enumerate() {
                 let at = k * pixels.len() + i;
-                let found =
-                    hits[at].and_then(|hit| self.look_on(caster, [pixel, sample], (rays[at], hit)));
-                seen.extend(found);
+                let start = (rays[at], hits[at]);
+                seen.extend(self.look_on(caster, [pixel, sample], start).ok());
             }
         }
     }
 
-    /// Follows a camera ray from its first hit.
+    /// Follows a camera ray from its first hit, if there is one.
     fn look_on(
         &self,
         caster: &Caster,
         [pixel, sample]: [u32; 2],
-        (mut ray, mut hit): (Ray, Hit),
-    ) -> Option<Seen> {
+        (mut ray, mut hit): (Ray, Option<Hit>),
+    ) -> Result<Seen, Missed> {
         let mut seen = Seen {
             site: Site::default(),
             depth: 0.0,
@@ -170,25 +183,39 @@ impl<'a> Frame<'a> {
         let mut rng = Rng::new(0, SPECULAR_STREAM, u64::from(pixel), u64::from(sample));
         for passed in 0..=MOST_SPECULAR {
             if passed > 0 {
-                hit = caster.closest(&ray)?;
+                hit = caster.closest(&ray);
             }
+            let Some(hit) = hit else {
+                return Err(Missed {
+                    direction: ray.direction,
+                    throughput: seen.throughput,
+                });
+            };
             seen.depth += hit.t;
             if self.specular {
                 let at = self.paths.surfaces().interact(&hit, ray.direction);
                 let u = rng.next_f32();
                 if at.bsdf.is_delta() || u >= at.bsdf.opacity {
-                    let through = at.sample([u, 0.0, 0.0])?;
+                    let Some(through) = at.sample([u, 0.0, 0.0]) else {
+                        break;
+                    };
                     seen.throughput *= through.weight;
                     ray = self.paths.lights().spawn(&at, through.direction);
                     continue;
                 }
             }
-            seen.site = self.site_at(&ray, &hit)?;
+            let Some(site) = self.site_at(&ray, &hit) else {
+                break;
+            };
+            seen.site = site;
             seen.hit = hit;
             seen.direction = ray.direction;
-            return Some(seen);
+            return Ok(seen);
         }
-        None
+        Err(Missed {
+            direction: ray.direction,
+            throughput: Vec3::ZERO,
+        })
     }
 
     fn site_at(&self, ray: &Ray, hit: &Hit) -> Option<Site> {

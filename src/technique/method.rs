@@ -4,6 +4,8 @@ use serde::Deserialize;
 use toml::Table;
 
 use super::Distribution;
+use super::irradiance_caching::on_demand::{self, OnDemand};
+use crate::environment::EnvironmentSampler;
 use crate::registry::{
     self, About, Bias, Contenders, MethodEntry, Parameter, ParameterError, TechniqueEntry,
 };
@@ -14,6 +16,10 @@ pub enum Method {
     Distribution(Distribution),
     /// The function itself, estimated at every sample.
     PerSample(PerSample),
+    /// A sampler of environment maps, and its canonical id.
+    EnvironmentSampler(&'static str, EnvironmentSampler),
+    /// The classic irradiance cache.
+    OnDemand(OnDemand),
 }
 
 impl Method {
@@ -26,14 +32,30 @@ impl Method {
         id: &str,
         parameters: &Table,
     ) -> Result<Self, ParameterError> {
+        if let Some(other) = registry::other_method(technique.about.id, id) {
+            registry::check_keys(parameters, &[&other.about])?;
+            return (other.build)(parameters);
+        }
         match technique.contenders {
             Contenders::None => Err(ParameterError {
                 key: Some("id".into()),
                 message: format!("{} has one method only: reference", technique.about.id),
             }),
-            Contenders::Distributions if PER_SAMPLE.about.answers_to(id) => {
-                registry::check_keys(parameters, &[&PER_SAMPLE.about])?;
-                Ok(Self::PerSample(registry::parameters(parameters)?))
+            Contenders::EnvironmentSamplers => {
+                let entry = registry::environment_sampler(id).ok_or_else(|| {
+                    let known = registry::ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id);
+                    let known: Vec<&str> = known.collect();
+                    ParameterError {
+                        key: Some("id".into()),
+                        message: format!(
+                            "no sampler of environment maps is called `{id}`; known: {}",
+                            known.join(", ")
+                        ),
+                    }
+                })?;
+                registry::check_keys(parameters, &[&entry.about])?;
+                let sampler = (entry.build)(parameters)?;
+                Ok(Self::EnvironmentSampler(entry.about.id, sampler))
             }
             Contenders::Distributions => Ok(Self::Distribution(Distribution::new(id, parameters)?)),
         }
@@ -44,6 +66,8 @@ impl Method {
         match self {
             Self::Distribution(distribution) => &distribution.id,
             Self::PerSample(_) => PER_SAMPLE.about.id,
+            Self::EnvironmentSampler(id, _) => id,
+            Self::OnDemand(_) => on_demand::ENTRY.about.id,
         }
     }
 
@@ -51,7 +75,7 @@ impl Method {
     pub fn needs_reference(&self) -> bool {
         match self {
             Self::Distribution(distribution) => !distribution.first.candidates().is_empty(),
-            Self::PerSample(_) => false,
+            Self::PerSample(_) | Self::OnDemand(_) | Self::EnvironmentSampler(..) => false,
         }
     }
 }
@@ -73,7 +97,8 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
         summary: "no records: the function itself, estimated at every camera sample with as many \
                   rays as the records would take",
         source: "the outside contender of cached techniques: path tracing for irradiance, random \
-                 occlusion rays for ambient occlusion",
+                 occlusion rays for ambient occlusion, one virtual light by its power for \
+                 importance",
         bias: Bias::Unbiased,
         failures: &["noise falls with the square root of the rays only"],
         parameters: &[Parameter {
@@ -84,4 +109,10 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                       reach those of evaluating the budget's records, measured on 64 of them",
         }],
     },
+    techniques: &[
+        "ambient-occlusion",
+        "irradiance-caching",
+        "importance-caching",
+    ],
+    build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
 };

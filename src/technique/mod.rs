@@ -7,18 +7,22 @@
 pub mod ambient_occlusion;
 pub mod cached;
 mod distribution;
+pub mod environment_lighting;
 mod frame;
+pub mod importance_caching;
+pub mod irradiance_caching;
 mod method;
 mod per_sample;
 pub mod truth;
 
 pub use cached::{CachedFunction, Lookup, RecordSite};
 pub use distribution::Distribution;
-pub use frame::{Film, Frame, Seen, Site, shading_points};
+pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
 pub use method::{Method, PER_SAMPLE, PerSample};
 
 use rayon::prelude::*;
 
+use crate::environment::LightSet;
 use crate::image::Image;
 use crate::scene::{Needs, Scene};
 use crate::trace::{Caster, RayCounter, RayCounts};
@@ -43,6 +47,16 @@ pub trait Technique: Send + Sync {
 
     /// Rays traced for one evaluation of the function, for cost estimates.
     fn rays_per_evaluation(&self) -> u64;
+
+    /// Rays of one sample of the reference, for cost estimates.
+    fn rays_per_reference_sample(&self) -> u64 {
+        1 + self.rays_per_evaluation()
+    }
+
+    /// Bytes that a record takes, for estimates of memory; 0 where there are no records.
+    fn bytes_per_record(&self) -> u64 {
+        0
+    }
 
     /// Renders one contender.
     ///
@@ -95,8 +109,8 @@ pub fn reference_pass(
 /// What a contender has to work with.
 pub struct Contender<'a> {
     pub method: &'a Method,
-    /// Number of records.
-    pub caches: usize,
+    /// What the contenders of the technique share: records, or shadow rays per shading point.
+    pub budget: usize,
     pub seed: u64,
     /// For settings that the paper picks by error (SD's minimum cluster size).
     pub reference: Option<&'a Image>,
@@ -117,6 +131,8 @@ pub struct PlacedRecord {
 pub struct Rendered {
     pub image: Image,
     pub records: Vec<PlacedRecord>,
+    /// The lights of a global light set.
+    pub lights: Option<LightSet>,
     /// The map that guided the refinement, row-major, if there was one.
     pub discontinuity: Option<Vec<f32>>,
     pub rays: RayCounts,

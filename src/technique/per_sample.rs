@@ -70,5 +70,5 @@ fn rays_of_records(technique: &dyn CachedTechnique, frame: &Frame, contender: &C
     records.evaluate(&sites, &counter);
     let rays = counter.read();
     let mean = (rays.closest + rays.shadow) as f64 / count.max(1) as f64;
-    (mean * contender.caches.min(points.len()) as f64).round() as u64
+    (mean * contender.budget.min(points.len()) as f64).round() as u64
 }

@@ -6,7 +6,7 @@ use super::{Contender, Frame, Rendered, ShadingFunction, Technique};
 use crate::registry::{self, About, Bias, Contenders, Parameter, TechniqueEntry};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
-use crate::shade::DIRECT_LIGHTING;
+use crate::shade::{DIRECT_LIGHTING, Depths};
 use crate::trace::{Caster, Ray};
 
 /// Keys the random numbers of camera paths.
@@ -144,10 +144,10 @@ impl ShadingFunction for TracedPaths<'_> {
             let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
             let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
             let ray = Ray::new(origin, self.frame.view.direction(x, y, size));
-            let rgb = self
-                .frame
-                .paths
-                .radiance(caster, ray, &mut rng, self.max_depth);
+            let rgb =
+                self.frame
+                    .paths
+                    .radiance(caster, ray, &mut rng, Depths::up_to(self.max_depth));
             if rgb.iter().all(|c| c.is_finite()) {
                 *value = rgb;
             } else {

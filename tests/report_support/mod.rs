@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lightbench::experiment::{Config, Job, Plan, Row, Store};
+use lightbench::experiment::{Budget, Config, Job, Plan, Row, Store};
 use lightbench::image::{Attributes, Image, Layer, Plane, write_exr};
 
 /// A results folder in the making.
@@ -69,7 +69,8 @@ impl Folder {
             method: which.label.into(),
             label: which.label.into(),
             method_parameters: toml::Table::new(),
-            caches: which.caches.unwrap_or(7500) as u64,
+            environment: None,
+            budget: Budget::Caches(which.caches.unwrap_or(7500) as u64),
             seed: which.seed,
             width: 320,
             height: 180,
@@ -94,9 +95,9 @@ impl Folder {
             status: "ok".into(),
             rmse: Some(rmse),
             flip_ldr: Some(flip),
-            caches: Some(job.caches),
+            caches: Some(job.budget.amount()),
             rays: 288_000,
-            shadow_rays: job.caches * 1024,
+            shadow_rays: job.budget.amount() * 1024,
             lookups: 230_400,
             bytes_peak: 5_300_000,
             seconds_total: 0.4,

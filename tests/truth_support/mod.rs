@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use lightbench::image::{Image, read};
 use lightbench::scene::Scene;
-use lightbench::shade::{PathTracer, RenderOptions, Rendering, render};
+use lightbench::shade::{Depths, PathTracer, RenderOptions, Rendering, render};
 use lightbench::trace::Tracer;
 
 /// A file below `LIGHTBENCH_REFS`, or a line that says why not.
@@ -37,7 +37,7 @@ pub fn small_render(scene: &Scene, [width, height]: [usize; 2], spp: u64, depth:
         height,
         samples: 0..spp,
         seed: 1,
-        max_depth: depth,
+        depths: Depths::up_to(depth),
     };
     let rendering = render(&path_tracer, &scene.views[0], &options);
     assert_eq!(rendering.non_finite, [], "non-finite samples");

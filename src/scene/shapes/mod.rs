@@ -16,6 +16,7 @@ mod parameters;
 mod robots;
 mod stairs;
 mod statues;
+mod still_life;
 mod table;
 
 #[cfg(test)]
@@ -35,7 +36,7 @@ struct Generator {
     parts: &'static [(&'static str, PartFunction)],
 }
 
-const GENERATORS: [Generator; 7] = [
+const GENERATORS: [Generator; 8] = [
     Generator {
         name: "atrium",
         parts: atrium::PARTS,
@@ -59,6 +60,10 @@ const GENERATORS: [Generator; 7] = [
     Generator {
         name: "statues",
         parts: statues::PARTS,
+    },
+    Generator {
+        name: "still-life",
+        parts: still_life::PARTS,
     },
     Generator {
         name: "table",

@@ -1,6 +1,7 @@
 //! Scattering at a surface point, in the local frame: z along the shading normal, `view` towards
 //! where the path comes from, `light` towards where it goes, both pointing away from the surface.
 
+mod albedo;
 mod conductor;
 mod dielectric;
 mod diffuse;

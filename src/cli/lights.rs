@@ -1,0 +1,108 @@
+//! `lights`: what a sampler makes of an environment map.
+
+use serde_json::json;
+use toml::Table;
+
+use super::args::LightsArgs;
+use super::exit::{self, Failure};
+use super::run::set_threads;
+use crate::environment::{Environment, EnvironmentSampler, LightKind};
+use crate::experiment::Override;
+use crate::image::{Image, overview, write_png_coded};
+use crate::registry;
+use crate::report::draw_lights;
+use crate::scene::find_environment;
+
+/// Prints the lights, as JSON or a line each, and draws them with `--out`.
+pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
+    set_threads(args.threads)?;
+    let sampler = sampler(args)?;
+    let description = find_environment(&args.map)?;
+    let map = Environment::from_description(&description)?;
+    if let Some(note) = map.sanitised.note() {
+        eprintln!("note: {note}");
+    }
+    let start = std::time::Instant::now();
+    let EnvironmentSampler::Lights(sampler) = sampler else {
+        return Err(Failure::usage(format!(
+            "{} draws directions at every shading point and has no lights of the map; known: {}",
+            args.method,
+            known(false)
+        )));
+    };
+    let set = sampler.lights(&map, args.budget, args.seed);
+    let seconds = start.elapsed().as_secs_f64();
+    if let Some(out) = &args.out {
+        let mut shown = overview(&pixels(&map), 1024);
+        let marks = set.lights.iter();
+        draw_lights(
+            &mut shown,
+            marks.map(|l| (map.coordinates(l.direction).map(|c| c as f32), l.kind)),
+        );
+        write_png_coded(out, &shown)?;
+    }
+    if args.json {
+        let record = json!({ "lights": set.lights, "total_power": set.total_power() });
+        println!("{record:#}");
+    } else {
+        for light in &set.lights {
+            let kind = match light.kind {
+                LightKind::Direct => "direct",
+                LightKind::Indirect => "indirect",
+                LightKind::Global => "global",
+            };
+            let ([x, y, z], [r, g, b]) = (light.direction.to_array(), light.power);
+            println!(
+                "{kind:<8} {x:>8.5} {y:>8.5} {z:>8.5}  {r:<12.6e} {g:<12.6e} {b:<12.6e} {:.5}",
+                light.extent_rad
+            );
+        }
+    }
+    for note in &set.notes {
+        eprintln!("note: {note}");
+    }
+    eprintln!("{} lights in {:.1} ms", set.lights.len(), seconds * 1e3);
+    Ok(exit::OK)
+}
+
+fn sampler(args: &LightsArgs) -> Result<EnvironmentSampler, Failure> {
+    let entry = registry::environment_sampler(&args.method).ok_or_else(|| {
+        Failure::usage(format!(
+            "no sampler is called `{}`; known: {}",
+            args.method,
+            known(true)
+        ))
+    })?;
+    let mut parameters = Table::new();
+    for text in &args.settings {
+        let Override { key, values } = Override::parse(text)?;
+        let [value] = values.as_slice() else {
+            return Err(Failure::usage(format!(
+                "--set {text}: one value is expected here"
+            )));
+        };
+        parameters.insert(key, value.clone());
+    }
+    Ok((entry.build)(&parameters)?)
+}
+
+/// Ids of the samplers; of those with lights only unless `all`.
+fn known(all: bool) -> String {
+    let ids: Vec<&str> = registry::ENVIRONMENT_SAMPLERS
+        .iter()
+        .map(|e| e.about.id)
+        .filter(|id| all || *id != "mis")
+        .collect();
+    ids.join(", ")
+}
+
+fn pixels(map: &Environment) -> Image {
+    let (width, height) = (map.width(), map.height());
+    Image {
+        width,
+        height,
+        pixels: (0..width * height)
+            .map(|i| map.texel(i % width, i / width))
+            .collect(),
+    }
+}

@@ -1,0 +1,156 @@
+//! EnvDirects (Wu 2024, section 3.3): lights on the emissive texels of a map, by importance sampling
+//! with a masked neighbourhood, then k-means, then exclusion of what lies too far away.
+
+use glam::DVec3;
+
+use super::relaxation::{Cells, Item};
+use super::texels::{Cluster, Texels, angle_rad};
+use super::{Light, LightKind};
+use crate::sample::Rng;
+
+/// The steps, of which the ablation (Table 2) leaves some out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steps {
+    /// Angle about a sample within which no other is drawn; 0 masks nothing.
+    pub masking_rad: f64,
+    /// Whether samples move to the centroids of their cells.
+    pub k_means: bool,
+    /// Texels farther than this from their light become non-emissive.
+    pub exclusion_rad: f64,
+}
+
+/// The lights, and which of the emissive texels they stand for.
+pub(super) struct Directs {
+    pub lights: Vec<Light>,
+    /// Parallel to the emissive texels; excluded ones are false.
+    pub kept: Vec<bool>,
+    pub rounds: usize,
+}
+
+/// Keys the random numbers of the draws.
+const STREAM: u64 = 0x6469_7265_6374;
+const MOST_ROUNDS: usize = 100;
+
+/// At most `count` lights in the map's space for the texels `emissive`.
+pub(super) fn directs(
+    texels: &Texels,
+    emissive: &[u32],
+    (count, seed): (usize, u64),
+    steps: &Steps,
+) -> Directs {
+    let items: Vec<Item> = emissive
+        .iter()
+        .map(|&texel| {
+            let direction = texels.direction(texel as usize);
+            let moment = direction * texels.energy(texel as usize);
+            Item { direction, moment }
+        })
+        .collect();
+    let samples = draw(&items, count, steps.masking_rad, seed);
+    if samples.is_empty() {
+        return Directs {
+            lights: Vec::new(),
+            kept: vec![false; emissive.len()],
+            rounds: 0,
+        };
+    }
+    let mut cells = Cells::new(&items, samples);
+    let rounds = match steps.k_means {
+        true => cells.relax(MOST_ROUNDS),
+        false => 0,
+    };
+    let chord = 2.0 * (0.5 * steps.exclusion_rad.min(std::f64::consts::PI)).sin();
+    let kept: Vec<bool> = items
+        .iter()
+        .zip(&cells.labels)
+        .map(|(item, &label)| {
+            (item.direction - cells.centres[label as usize]).length_squared() <= chord * chord
+        })
+        .collect();
+    let centres = cells.centres.clone();
+    Directs {
+        lights: lights(
+            texels,
+            (emissive, &cells.labels, &kept),
+            &centres,
+            steps.k_means,
+        ),
+        kept,
+        rounds,
+    }
+}
+
+/// Draws directions by importance (luminance · solid angle) among what is not masked yet; fewer when
+/// nothing is left.
+fn draw(items: &[Item], count: usize, masking_rad: f64, seed: u64) -> Vec<DVec3> {
+    let mut importance: Vec<f64> = items.iter().map(|i| i.moment.length()).collect();
+    let mut running = vec![0.0; items.len()];
+    let mut rng = Rng::new(seed, STREAM, 0, 0);
+    let chord = 2.0 * (0.5 * masking_rad.min(std::f64::consts::PI)).sin();
+    let mut samples = Vec::with_capacity(count);
+    for _ in 0..count {
+        let mut total = 0.0;
+        for (sum, value) in running.iter_mut().zip(&importance) {
+            total += value;
+            *sum = total;
+        }
+        if total <= 0.0 {
+            break;
+        }
+        let target = rng.next_f64() * total;
+        let index = running.partition_point(|&sum| sum <= target);
+        let sample = items[index.min(items.len() - 1)].direction;
+        samples.push(sample);
+        if masking_rad > 0.0 {
+            for (value, item) in importance.iter_mut().zip(items) {
+                if (item.direction - sample).length_squared() <= chord * chord {
+                    *value = 0.0;
+                }
+            }
+        }
+    }
+    samples
+}
+
+/// One light for each cell that kept anything. After k-means it stands at the centroid of what was
+/// kept, otherwise where the sample is.
+fn lights(
+    texels: &Texels,
+    (emissive, labels, kept): (&[u32], &[u32], &[bool]),
+    centres: &[DVec3],
+    at_centroids: bool,
+) -> Vec<Light> {
+    let mut clusters = vec![Cluster::default(); centres.len()];
+    let members = || {
+        let all = emissive.iter().zip(labels).zip(kept);
+        all.filter(|(_, kept)| **kept)
+            .map(|((texel, label), _)| (*texel as usize, *label as usize))
+    };
+    for (texel, label) in members() {
+        clusters[label].add(texels, texel);
+    }
+    let directions: Vec<Option<DVec3>> = clusters
+        .iter()
+        .zip(centres)
+        .map(|(cluster, centre)| {
+            let centroid = cluster.direction(texels)?;
+            Some(if at_centroids { centroid } else { *centre })
+        })
+        .collect();
+    let mut extents = vec![0.0f64; centres.len()];
+    for (texel, label) in members() {
+        if let Some(axis) = directions[label] {
+            extents[label] = extents[label].max(angle_rad(axis, texels.direction(texel)));
+        }
+    }
+    (0..centres.len())
+        .filter_map(|i| {
+            Some(Light {
+                direction: directions[i]?.as_vec3(),
+                power: clusters[i].power.to_array(),
+                kind: LightKind::Direct,
+                extent_rad: extents[i] as f32,
+            })
+        })
+        .collect()
+}

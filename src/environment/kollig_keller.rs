@@ -1,0 +1,107 @@
+//! Relaxation of Voronoi cells with insertion into the strongest (Kollig & Keller 2003).
+
+use serde::{Deserialize, Serialize};
+
+use super::blocks::Blocks;
+use super::relaxation::Cells;
+use super::texels::Texels;
+use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
+use crate::registry::{self, About, Bias, Parameter, SamplerEntry};
+
+/// The registry's entry.
+pub const ENTRY: SamplerEntry = SamplerEntry {
+    about: About {
+        id: "kollig-keller",
+        aliases: &["kk"],
+        summary: "Voronoi cells relaxed after each light added to the strongest cell",
+        source: "Kollig & Keller 2003 (reconstruction: start and insertion are not established)",
+        bias: Bias::Consistent,
+        failures: &[
+            "a cell that holds a bright source and much else puts its light beside the source",
+        ],
+        parameters: &[Parameter {
+            key: "rounds",
+            default: "50",
+            unit: "",
+            meaning: "most relaxation rounds after each insertion",
+        }],
+    },
+    build: |table| {
+        let parameters: Parameters = registry::parameters(table)?;
+        Ok(EnvironmentSampler::Lights(Box::new(KolligKeller(
+            parameters,
+        ))))
+    },
+};
+
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+struct Parameters {
+    rounds: usize,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self { rounds: 50 }
+    }
+}
+
+/// Most blocks that are relaxed: each insertion looks at all of them.
+const MOST_BLOCKS: usize = 256 * 128;
+
+struct KolligKeller(Parameters);
+
+/// *differs:* starts at the energy centroid of the map and inserts at the brightest item of the
+/// strongest cell. Maps of more texels than 256×128 are relaxed in blocks, with exact sums.
+impl LightSampler for KolligKeller {
+    fn lights(&self, map: &Environment, count: usize, _seed: u64) -> LightSet {
+        let texels = Texels::new(map);
+        let blocks = Blocks::new(&texels, MOST_BLOCKS);
+        let (items, energies) = blocks.items(&texels);
+        let total = blocks.total();
+        let Some(first) = total.direction(&texels).filter(|_| count > 0) else {
+            return LightSet::default();
+        };
+        let mut cells = Cells::new(&items, vec![first]);
+        while cells.centres.len() < count.min(items.len()) {
+            let Some(centre) = strongest(&cells, &energies) else {
+                break;
+            };
+            cells.insert(items[centre].direction);
+            cells.relax(self.0.rounds);
+        }
+        blocks
+            .light_set(&texels, cells.centres.len(), &cells.labels)
+            .turned(map.to_world())
+    }
+}
+
+/// The item with the most energy in the cell of most energy, among cells that hold several items.
+fn strongest(cells: &Cells, energies: &[f64]) -> Option<usize> {
+    let mut sums = vec![(0.0f64, 0u32); cells.centres.len()];
+    for (&label, &energy) in cells.labels.iter().zip(energies) {
+        sums[label as usize].0 += energy;
+        sums[label as usize].1 += 1;
+    }
+    let mut best: Option<(usize, f64)> = None;
+    for (cell, &(energy, items)) in sums.iter().enumerate() {
+        if items > 1 && energy > best.map_or(0.0, |b| b.1) {
+            best = Some((cell, energy));
+        }
+    }
+    let (cell, _) = best?;
+    let centre = cells.centres[cell];
+    let mut chosen: Option<(usize, f64)> = None;
+    for (index, _) in cells
+        .labels
+        .iter()
+        .enumerate()
+        .filter(|(_, l)| **l as usize == cell)
+    {
+        let apart = cells.direction(index) != centre;
+        if apart && energies[index] > chosen.map_or(0.0, |c| c.1) {
+            chosen = Some((index, energies[index]));
+        }
+    }
+    chosen.map(|(index, _)| index)
+}

@@ -1,0 +1,122 @@
+//! A map as a few thousand cells of equal solid angle with exact sums.
+
+use glam::DVec3;
+
+use super::rings::Rings;
+use super::texels::{Cluster, Texels};
+
+/// A cell with at least one texel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Leaf {
+    pub sums: Cluster,
+    /// Σ solid angle of its texels.
+    pub solid_angle_sr: f64,
+    /// Unit: the centroid of its texels' solid angle.
+    pub direction: DVec3,
+}
+
+impl Leaf {
+    /// Mean luminance.
+    pub fn luminance(&self) -> f64 {
+        self.sums.energy / self.solid_angle_sr
+    }
+}
+
+/// Gathers the texels that are not `masked` (these are as if they were not there) into about `count`
+/// cells; cells without texels are dropped.
+pub(super) fn leaves(texels: &Texels, count: usize, masked: &[bool]) -> Vec<Leaf> {
+    let rings = Rings::new(count);
+    let mut leaves = vec![Leaf::default(); rings.len()];
+    let width = texels.width();
+    for y in 0..texels.height() {
+        let ring = rings.ring(texels.rows[y].cos);
+        let whole = !masked[y * width..(y + 1) * width].contains(&true);
+        let cells = ring.len();
+        let mut start = 0;
+        for (piece, leaf) in leaves[ring].iter_mut().enumerate() {
+            // Texels whose centre lies in the cell.
+            let end = (((piece + 1) * width) as f64 / cells as f64 - 0.5).ceil() as usize;
+            let run = start..end.min(width);
+            start = run.end;
+            if whole {
+                add_run(texels, y, run, leaf);
+            } else {
+                for x in run.filter(|x| !masked[y * width + x]) {
+                    add_run(texels, y, x..x + 1, leaf);
+                }
+            }
+        }
+    }
+    leaves.retain(|leaf| leaf.solid_angle_sr > 0.0);
+    for leaf in &mut leaves {
+        leaf.direction = leaf.direction.normalize_or(DVec3::Y);
+    }
+    leaves
+}
+
+/// Adds texels of one row.
+fn add_run(texels: &Texels, y: usize, run: std::ops::Range<usize>, leaf: &mut Leaf) {
+    let row = &texels.rows[y];
+    let first = y * texels.width();
+    let (mut power, mut energy) = (DVec3::ZERO, 0.0f64);
+    let [mut by_sin, mut by_cos, mut plain_sin, mut plain_cos] = [0.0f64; 4];
+    let pixels = &texels.map.pixels()[first + run.start..first + run.end];
+    let luminances = &texels.luminance[first + run.start..first + run.end];
+    let columns = &texels.columns[run.clone()];
+    for ((rgb, &luminance), [sin, cos]) in pixels.iter().zip(luminances).zip(columns) {
+        let y = f64::from(luminance);
+        power += DVec3::new(f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
+        energy += y;
+        by_sin += y * sin;
+        by_cos += y * cos;
+        plain_sin += sin;
+        plain_cos += cos;
+    }
+    for (offset, &luminance) in luminances.iter().enumerate() {
+        if luminance > leaf.sums.brightest.0 {
+            leaf.sums.brightest = (luminance, (first + run.start + offset) as u32);
+        }
+    }
+    let angle = row.solid_angle;
+    let count = run.len() as f64;
+    leaf.sums.power += power * angle;
+    leaf.sums.energy += energy * angle;
+    leaf.sums.moment += DVec3::new(by_sin * row.sin, energy * row.cos, -by_cos * row.sin) * angle;
+    leaf.direction +=
+        DVec3::new(plain_sin * row.sin, count * row.cos, -plain_cos * row.sin) * angle;
+    leaf.solid_angle_sr += count * angle;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::{Environment, EnvironmentOptions};
+    use crate::image::Image;
+
+    #[test]
+    fn every_texel_is_in_one_leaf_unless_masked() {
+        for (width, height) in [(128, 64), (1, 1), (3, 2), (1, 9), (40, 1), (7, 300)] {
+            let mut image = Image::new(width, height);
+            for (i, pixel) in image.pixels.iter_mut().enumerate() {
+                *pixel = [i as f32, 1.0, (i % 7) as f32];
+            }
+            let map = Environment::from_image(&image, &EnvironmentOptions::default()).expect("map");
+            let texels = Texels::new(&map);
+            for masked in [0, 3] {
+                let mask = |i: usize| masked > 0 && i % masked == 1;
+                let masks: Vec<bool> = (0..width * height).map(mask).collect();
+                let found = leaves(&texels, 500, &masks);
+                let mut expected = Cluster::default();
+                (0..width * height)
+                    .filter(|i| !mask(*i))
+                    .for_each(|i| expected.add(&texels, i));
+                let mut sum = Cluster::default();
+                found.iter().for_each(|leaf| sum.merge(&leaf.sums));
+                let scale = expected.power.length();
+                assert!((sum.power - expected.power).length() < 1e-9 * scale);
+                assert!((sum.moment - expected.moment).length() < 1e-9 * scale);
+                assert_eq!(sum.brightest, expected.brightest);
+            }
+        }
+    }
+}

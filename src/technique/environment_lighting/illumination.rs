@@ -1,0 +1,91 @@
+//! What a camera sample sees, and its light by parallel lights.
+
+use glam::Vec3;
+
+use super::super::{Frame, Seen};
+use crate::environment::{Environment, Light};
+use crate::shade::Interaction;
+use crate::trace::Caster;
+
+/// A frame, its materials and its map.
+pub(super) struct Illumination<'a> {
+    pub frame: &'a Frame<'a>,
+    pub environment: &'a Environment,
+    /// Factor on all radiance: the exposure.
+    pub scale: f32,
+}
+
+/// What a camera sample sees.
+pub(super) enum Point<'a> {
+    /// What a surface sends is multiplied by the throughput of mirrors and glass before it.
+    Surface(Interaction<'a>, Seen),
+    /// The exposed radiance of the map.
+    Background(Vec3),
+}
+
+/// A light ready for shading: direction and exposed power.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parallel {
+    pub direction: Vec3,
+    pub power: Vec3,
+}
+
+impl<'a> Illumination<'a> {
+    /// Unexposed; `None` without an environment.
+    pub fn new(frame: &'a Frame<'a>) -> Option<Self> {
+        Some(Self {
+            frame,
+            environment: frame.scene.environment.as_ref()?,
+            scale: 1.0,
+        })
+    }
+
+    pub fn point(&self, caster: &Caster, pixel: u32, sample: u32) -> Point<'_> {
+        match self.frame.look_out(caster, pixel, sample) {
+            Ok(seen) => Point::Surface(self.surface(&seen), seen),
+            Err(missed) => Point::Background(missed.throughput * self.radiance(missed.direction)),
+        }
+    }
+
+    /// The surface of a sample that was looked up before.
+    pub fn surface(&self, seen: &Seen) -> Interaction<'_> {
+        self.frame
+            .paths
+            .surfaces()
+            .interact(&seen.hit, seen.direction)
+    }
+
+    /// Exposed radiance of the map from a direction.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        Vec3::from(self.environment.radiance(direction)) * self.scale
+    }
+
+    /// Lights of a set, ready for shading.
+    pub fn parallel<'l>(&self, lights: impl Iterator<Item = &'l Light>) -> Vec<Parallel> {
+        let scale = f64::from(self.scale);
+        lights
+            .map(|light| Parallel {
+                direction: light.direction,
+                power: Vec3::from(light.power.map(|p| (p * scale) as f32)),
+            })
+            .collect()
+    }
+
+    /// Whether nothing lies between a surface and the map in a direction.
+    pub fn sees(&self, caster: &Caster, at: &Interaction, direction: Vec3) -> bool {
+        !caster.occluded(&self.frame.paths.lights().spawn(at, direction))
+    }
+
+    /// Σ scattering · cosine · power · visibility; lights that the surface does not reflect cost no
+    /// ray.
+    pub fn lit(&self, caster: &Caster, at: &Interaction, lights: &[Parallel]) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        for light in lights {
+            let reflected = at.evaluate(light.direction) * light.power;
+            if reflected != Vec3::ZERO && self.sees(caster, at, light.direction) {
+                sum += reflected;
+            }
+        }
+        sum
+    }
+}

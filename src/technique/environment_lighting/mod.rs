@@ -1,0 +1,276 @@
+//! Direct light of an environment map on diffuse to glossy surfaces, with shadow rays.
+//!
+//! All samplers share one shading path: a [`Point`] is what a camera sample sees, [`Illumination`]
+//! lights it by parallel lights or by sampling the map. Emitting shapes and other lights are not
+//! looked at, and light passes no glass. Where the camera sees no surface it sees the map.
+
+mod exposure;
+mod illumination;
+mod multiple;
+mod rendering;
+mod replay;
+mod upsampling;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Contender, Frame, Method, Rendered, ShadingFunction, Technique};
+use crate::environment::EnvironmentSampler;
+use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
+use crate::scene::{Needs, Scene};
+use crate::trace::Caster;
+use illumination::{Illumination, Point};
+use multiple::{MultipleImportance, Samples};
+
+/// The registry's entry.
+pub const ENTRY: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "environment-lighting",
+        aliases: &["environment"],
+        summary: "direct light of an environment map, with shadows, under any sampler",
+        source: "Wu 2024; Kollig & Keller 2003 for interleaved sampling",
+        bias: Bias::Unbiased,
+        failures: &[
+            "global light sets leave shadow edges, and highlights of single lights on very glossy surfaces",
+            "only the map shines, and once: no bounces, no emitting shapes, no light through glass",
+        ],
+        parameters: &[
+            Parameter {
+                key: "reference_samples",
+                default: "4096",
+                unit: "",
+                meaning: "light samples, and as many surface samples, of the reference",
+            },
+            Parameter {
+                key: "reference_passes",
+                default: "16",
+                unit: "",
+                meaning: "independent parts of the reference, whose spread is its noise",
+            },
+            Parameter {
+                key: "interleaved_sets",
+                default: "8",
+                unit: "",
+                meaning: "light sets of global samplers, of which neighbouring pixels use different ones",
+            },
+            Parameter {
+                key: "perturbation",
+                default: "0.1",
+                unit: "",
+                meaning: "largest move of a light in the other sets, of its cluster's extent",
+            },
+            Parameter {
+                key: "mean_luminance",
+                default: "0.25",
+                unit: "",
+                meaning: "exposes images so that surfaces have this mean luminance; 0 keeps the scene's exposure",
+            },
+        ],
+    },
+    build: |table| {
+        let parameters: Parameters = registry::parameters(table)?;
+        parameters.validate()?;
+        Ok(Box::new(EnvironmentLighting { parameters }))
+    },
+    contenders: Contenders::EnvironmentSamplers,
+};
+
+/// Parameters of the technique, shared by reference and contenders.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+struct Parameters {
+    reference_samples: u32,
+    reference_passes: u32,
+    interleaved_sets: usize,
+    perturbation: f64,
+    mean_luminance: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            reference_samples: 4096,
+            reference_passes: 16,
+            interleaved_sets: 8,
+            perturbation: 0.1,
+            mean_luminance: 0.25,
+        }
+    }
+}
+
+impl Parameters {
+    fn validate(&self) -> Result<(), ParameterError> {
+        let error = |key: &str, expected: &str| {
+            Err(ParameterError {
+                key: Some(key.into()),
+                message: format!("{key}: expected {expected}"),
+            })
+        };
+        if !(1..=4096).contains(&self.reference_passes) {
+            return error("reference_passes", "1 to 4096");
+        }
+        if self.reference_samples < self.reference_passes || self.reference_samples > 1 << 20 {
+            return error("reference_samples", "reference_passes to 1048576");
+        }
+        if !(1..=64).contains(&self.interleaved_sets) {
+            return error("interleaved_sets", "1 to 64");
+        }
+        if !(0.0..=1.0).contains(&self.perturbation) {
+            return error("perturbation", "0 to 1");
+        }
+        if !self.mean_luminance.is_finite() || self.mean_luminance < 0.0 {
+            return error("mean_luminance", "a number that is not negative");
+        }
+        Ok(())
+    }
+}
+
+/// The technique `environment-lighting`.
+struct EnvironmentLighting {
+    parameters: Parameters,
+}
+
+/// Keys the random numbers of the reference.
+const REFERENCE_SEED: u64 = 0x656e_7672_6566;
+
+impl EnvironmentLighting {
+    /// What all renderings of a frame share; `None` without an environment.
+    fn illumination<'a>(&self, frame: &'a Frame<'a>) -> Option<Illumination<'a>> {
+        let mut illumination = Illumination::new(frame)?;
+        if self.parameters.mean_luminance > 0.0 {
+            exposure::expose(&mut illumination, self.parameters.mean_luminance);
+        }
+        Some(illumination)
+    }
+
+    fn prepare<'a>(
+        &self,
+        frame: &'a Frame<'a>,
+        contender: &'a Contender,
+    ) -> Result<(Illumination<'a>, &'a EnvironmentSampler), String> {
+        let Method::EnvironmentSampler(_, sampler) = contender.method else {
+            return Err("environment lighting takes samplers of environment maps".into());
+        };
+        let illumination = self
+            .illumination(frame)
+            .ok_or("the scene has no environment; name one with `environment`")?;
+        Ok((illumination, sampler))
+    }
+}
+
+impl Technique for EnvironmentLighting {
+    fn needs(&self) -> Needs {
+        Needs {
+            emitters: false,
+            ..Needs::ALL
+        }
+    }
+
+    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+        let parameters = &self.parameters;
+        Box::new(Exact {
+            illumination: self.illumination(frame),
+            spp: frame.spp,
+            samples: Samples {
+                light: parameters
+                    .reference_samples
+                    .div_ceil(parameters.reference_passes),
+                surface: parameters
+                    .reference_samples
+                    .div_ceil(parameters.reference_passes),
+                stratified: true,
+            },
+        })
+    }
+
+    fn exposure_stops(&self, scene: &Scene) -> f32 {
+        if self.parameters.mean_luminance > 0.0 {
+            0.0
+        } else {
+            scene.exposure.log2()
+        }
+    }
+
+    fn reference_samples(&self, _spp: u32) -> u32 {
+        self.parameters.reference_passes
+    }
+
+    fn reference_is_random(&self) -> bool {
+        true
+    }
+
+    fn rays_per_evaluation(&self) -> u64 {
+        2 * u64::from(self.parameters.reference_samples)
+    }
+
+    /// All sub-pixel samples of a pass count as one.
+    fn rays_per_reference_sample(&self) -> u64 {
+        let Parameters {
+            reference_samples,
+            reference_passes,
+            ..
+        } = self.parameters;
+        1 + 2 * u64::from(reference_samples.div_ceil(reference_passes))
+    }
+
+    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
+        let (illumination, sampler) = self.prepare(frame, contender)?;
+        rendering::render(&illumination, &self.parameters, (sampler, contender))
+    }
+
+    fn replay(
+        &self,
+        frame: &Frame,
+        contender: &Contender,
+        pixel: u32,
+    ) -> Result<Vec<String>, String> {
+        let (illumination, sampler) = self.prepare(frame, contender)?;
+        Ok(replay::replay(
+            &illumination,
+            &self.parameters,
+            (sampler, contender),
+            pixel,
+        ))
+    }
+}
+
+/// The reference: in each pass all sub-pixel samples with a part of the light samples.
+struct Exact<'a> {
+    /// `None`: everything is black.
+    illumination: Option<Illumination<'a>>,
+    spp: u32,
+    samples: Samples,
+}
+
+impl ShadingFunction for Exact<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, pass): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let Some(illumination) = &self.illumination else {
+            return 0;
+        };
+        let estimator = MultipleImportance::new(illumination, self.samples, REFERENCE_SEED);
+        let mut non_finite = 0;
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let mut sum = glam::Vec3::ZERO;
+            for sample in 0..self.spp {
+                let radiance = match illumination.point(caster, pixel, sample) {
+                    Point::Surface(at, seen) => {
+                        let key = [pixel, pass * self.spp + sample];
+                        seen.throughput * estimator.radiance(caster, &at, key)
+                    }
+                    Point::Background(radiance) => radiance,
+                };
+                if radiance.is_finite() {
+                    sum += radiance / self.spp as f32;
+                } else {
+                    non_finite += 1;
+                }
+            }
+            *value = sum.into();
+        }
+        non_finite
+    }
+}

@@ -1,0 +1,66 @@
+//! What went into one pixel.
+
+use super::super::Contender;
+use super::Parameters;
+use super::illumination::{Illumination, Point};
+use super::rendering::set_of;
+use crate::environment::EnvironmentSampler;
+use crate::trace::RayCounter;
+
+/// A line for each camera sample and each light that reaches its surface. Indirect lights are
+/// replayed at full resolution.
+pub(super) fn replay(
+    illumination: &Illumination,
+    parameters: &Parameters,
+    (sampler, contender): (&EnvironmentSampler, &Contender),
+    pixel: u32,
+) -> Vec<String> {
+    let frame = illumination.frame;
+    let counter = RayCounter::default();
+    let caster = frame.tracer.caster(&counter);
+    let mut lines = vec![format!("exposure {}", illumination.scale)];
+    let sets = match sampler {
+        EnvironmentSampler::PerPoint(mis) => {
+            lines.push(format!("samples drawn at every point: {mis:?}"));
+            Vec::new()
+        }
+        EnvironmentSampler::Lights(sampler) => {
+            let map = illumination.environment;
+            let count = sampler.affordable(map, contender.budget);
+            let set = sampler.lights(map, count, contender.seed);
+            let sets = parameters.interleaved_sets;
+            set.interleaved(sets, parameters.perturbation, contender.seed)
+        }
+    };
+    for sample in 0..frame.spp {
+        let (at, seen) = match illumination.point(&caster, pixel, sample) {
+            Point::Background(radiance) => {
+                lines.push(format!("sample {sample}: background {radiance}"));
+                continue;
+            }
+            Point::Surface(at, seen) => (at, seen),
+        };
+        lines.push(format!(
+            "sample {sample}: position {:?} normal {} depth {}",
+            (at.position.as_dvec3() + frame.scene.origin).to_array(),
+            at.shading_normal,
+            seen.depth
+        ));
+        let [x, y] = [pixel as usize % frame.width, pixel as usize / frame.width];
+        let Some(lights) = sets.get(set_of([x, y], sample, sets.len().max(1))) else {
+            continue;
+        };
+        for (light, ready) in lights.iter().zip(illumination.parallel(lights.iter())) {
+            let reflected = at.evaluate(ready.direction) * ready.power;
+            let open = illumination.sees(&caster, &at, ready.direction);
+            lines.push(format!(
+                "  {:?} light from {}: power {:?}, reflected {reflected}, {}",
+                light.kind,
+                light.direction,
+                light.power,
+                if open { "visible" } else { "blocked" }
+            ));
+        }
+    }
+    lines
+}

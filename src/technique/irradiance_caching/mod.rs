@@ -1,0 +1,286 @@
+//! Irradiance caching under a distribution of records (Wu & Shen, 4.1 and 4.4).
+//!
+//! A record holds the indirect irradiance `E = (2π/S) Σ L cos θ` of `side²` equal-area directions, `L`
+//! path traced without the emission that a ray meets first (that light is direct). An image sample is
+//! `ρ(ω) E / π`, `E` interpolated and `ρ` the directional albedo of the material seen: exact for
+//! diffuse surfaces, and for others right when the indirect light is uniform. Direct light is a layer
+//! of its own, without records, the same for reference and contenders.
+
+mod gather;
+pub mod on_demand;
+mod paths;
+mod records;
+
+use std::f32::consts::FRAC_1_PI;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use self::gather::Gatherer;
+use self::paths::{Layer, LayerPaths};
+use self::records::IrradianceRecords;
+use super::cached::{self, CachedTechnique};
+use super::{
+    CachedFunction, Contender, Frame, Lookup, Method, Rendered, Seen, ShadingFunction, Technique,
+    reference_pass,
+};
+use crate::image::Image;
+use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
+use crate::sample::equal_area_hemisphere;
+use crate::scene::{Needs, Scene};
+use crate::shade::Depths;
+use crate::trace::RayCounter;
+
+/// The registry's entry.
+pub const ENTRY: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "irradiance-caching",
+        aliases: &["irradiance", "ic"],
+        summary: "indirect light interpolated from records of irradiance",
+        source: "Ward et al. 1988 with records placed beforehand and the run-time rule of Wu & \
+                 Shen, sections 3.3 and 4.1. Readings: hemisphere grid in a frame of the normal \
+                 alone, next-event estimation at the hits, the scene's max_depth",
+        bias: Bias::Consistent,
+        failures: &[
+            "glossy reflections of indirect light are blurred to the directional albedo times the \
+             mean: mirror-like coatings lose them",
+            "indirect light that changes within the spacing of records is blurred: corners, contact \
+             shadows, caustics",
+            "bump maps turn the direct light only",
+            "a thin wall lit differently on both sides of its edge mixes where normals agree",
+        ],
+        parameters: &[
+            Parameter {
+                key: "side",
+                default: "64",
+                unit: "",
+                meaning: "directions per side of the equal-area hemisphere grid",
+            },
+            Parameter {
+                key: "layer",
+                default: "indirect",
+                unit: "",
+                meaning: "indirect, or global to add emission and direct light to reference and \
+                          contenders alike",
+            },
+            Parameter {
+                key: "reference_passes",
+                default: "512",
+                unit: "",
+                meaning: "paths of each pixel of the reference, and of the direct layer",
+            },
+            Parameter {
+                key: "lookup",
+                default: "candidates = 20, used = 6, max_angle_deg = 30",
+                unit: "",
+                meaning: "the run-time rule (N, M, θ_max; lambda_scaled replaces λ = 0.5/L)",
+            },
+        ],
+    },
+    build: |table| {
+        let technique = IrradianceCaching::new(registry::parameters(table)?)?;
+        Ok(Box::new(technique))
+    },
+    contenders: Contenders::Distributions,
+};
+
+/// Parameters of the technique, shared by reference and contenders.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+struct Parameters {
+    side: usize,
+    layer: Layer,
+    reference_passes: u32,
+    lookup: Lookup,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            side: 64,
+            layer: Layer::Indirect,
+            reference_passes: 512,
+            lookup: Lookup::default(),
+        }
+    }
+}
+
+/// The technique `irradiance-caching`.
+struct IrradianceCaching {
+    parameters: Parameters,
+    directions: Vec<Vec3>,
+    /// The direct layer of the frame that was rendered last, with what it shows.
+    direct: Mutex<Option<(String, Arc<Image>)>>,
+}
+
+/// Seed of the reference.
+const REFERENCE_SEED: u64 = 0;
+/// Paths end at random from here on.
+const ROULETTE_FROM: u32 = 2;
+
+impl IrradianceCaching {
+    fn new(parameters: Parameters) -> Result<Self, ParameterError> {
+        let wrong = |key: &str, message: String| ParameterError {
+            key: Some(key.into()),
+            message,
+        };
+        if !(1..=256).contains(&parameters.side) {
+            let message = format!("side = {}: expected 1 to 256", parameters.side);
+            return Err(wrong("side", message));
+        }
+        if parameters.reference_passes == 0 {
+            return Err(wrong("reference_passes", "expected at least 1".into()));
+        }
+        let lookup = parameters.lookup.validate();
+        lookup.map_err(|message| wrong("lookup", message))?;
+        Ok(Self {
+            directions: equal_area_hemisphere(parameters.side),
+            parameters,
+            direct: Mutex::new(None),
+        })
+    }
+
+    /// Light paths from a surface that the camera sees: those of at least two scatterings, in a
+    /// scene that follows paths of `max_depth` edges.
+    fn depths(frame: &Frame) -> Depths {
+        Depths {
+            first: 2,
+            last: frame.scene.max_depth.saturating_sub(1),
+            roulette_from: Some(ROULETTE_FROM),
+        }
+    }
+
+    fn paths<'a>(&self, frame: &'a Frame<'a>, seed: u64) -> LayerPaths<'a> {
+        LayerPaths {
+            frame,
+            direct: self.parameters.layer == Layer::Global,
+            indirect: Some(Self::depths(frame)),
+            seed,
+        }
+    }
+
+    /// Emission and direct light: the same estimate, pass by pass, as in the reference.
+    fn direct_layer(&self, frame: &Frame, counter: &RayCounter) -> Arc<Image> {
+        let key = format!(
+            "{} {} {}x{}x{}",
+            frame.scene.name, frame.view.name, frame.width, frame.height, frame.spp
+        );
+        let mut kept = self.direct.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of, image)) = kept.as_ref()
+            && *of == key
+        {
+            return image.clone();
+        }
+        let function = LayerPaths {
+            indirect: None,
+            ..self.paths(frame, REFERENCE_SEED)
+        };
+        let passes = self.reference_samples(frame.spp);
+        let mut sums = vec![[0.0f64; 3]; frame.pixels()];
+        for pass in 0..passes {
+            let (image, _) = reference_pass(&function, frame, pass, counter);
+            for (sum, value) in sums.iter_mut().zip(&image.pixels) {
+                (0..3).for_each(|c| sum[c] += f64::from(value[c]));
+            }
+        }
+        let mut image = Image::new(frame.width, frame.height);
+        for (pixel, sum) in image.pixels.iter_mut().zip(&sums) {
+            *pixel = sum.map(|s| (s / f64::from(passes)) as f32);
+        }
+        let image = Arc::new(image);
+        *kept = Some((key, image.clone()));
+        image
+    }
+}
+
+/// Light that a camera sample gets from indirect irradiance at what it sees: `ρ(ω) E / π`.
+fn reflected(frame: &Frame, seen: &Seen, irradiance: Vec3) -> Vec3 {
+    let surfaces = frame.paths.surfaces();
+    let at = surfaces.interact(&seen.hit, seen.direction);
+    seen.throughput * at.directional_albedo() * irradiance * FRAC_1_PI
+}
+
+impl Technique for IrradianceCaching {
+    fn needs(&self) -> Needs {
+        Needs::ALL
+    }
+
+    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(self.paths(frame, REFERENCE_SEED))
+    }
+
+    fn exposure_stops(&self, scene: &Scene) -> f32 {
+        scene.exposure.log2()
+    }
+
+    fn reference_samples(&self, spp: u32) -> u32 {
+        self.parameters.reference_passes.next_multiple_of(spp)
+    }
+
+    fn reference_is_random(&self) -> bool {
+        true
+    }
+
+    fn rays_per_evaluation(&self) -> u64 {
+        // A path of the shipped scenes casts about five rays.
+        5 * self.directions.len() as u64
+    }
+
+    fn bytes_per_record(&self) -> u64 {
+        // Irradiance and normal, and the luminance of each direction in half precision.
+        24 + 2 * self.directions.len() as u64
+    }
+
+    fn rays_per_reference_sample(&self) -> u64 {
+        6
+    }
+
+    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
+        if let Method::OnDemand(method) = contender.method {
+            let gathering = (method, Self::depths(frame), self.directions.len());
+            let mut rendered = on_demand::render(frame, contender, gathering);
+            self.finish(frame, &mut rendered);
+            return Ok(rendered);
+        }
+        cached::render(self, frame, contender)
+    }
+
+    fn replay(
+        &self,
+        frame: &Frame,
+        contender: &Contender,
+        pixel: u32,
+    ) -> Result<Vec<String>, String> {
+        cached::replay(self, frame, contender, pixel)
+    }
+}
+
+impl CachedTechnique for IrradianceCaching {
+    fn function<'a>(
+        &'a self,
+        frame: &'a Frame<'a>,
+        seed: u64,
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
+        let records = IrradianceRecords::new(Gatherer {
+            frame,
+            directions: &self.directions,
+            depths: Self::depths(frame),
+            seed,
+        });
+        (Box::new(records), self.parameters.lookup)
+    }
+
+    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(self.paths(frame, seed))
+    }
+
+    fn finish(&self, frame: &Frame, rendered: &mut Rendered) {
+        if self.parameters.layer == Layer::Global {
+            let direct = self.direct_layer(frame, &RayCounter::default());
+            for (pixel, light) in rendered.image.pixels.iter_mut().zip(&direct.pixels) {
+                (0..3).for_each(|c| pixel[c] += light[c]);
+            }
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! The classic irradiance cache: records made where none may be used (Ward et al. 1988), with
+//! gradients (Ward & Heckbert 1992), limited by gradients and neighbours (Křivánek et al. 2006), in an
+//! overture from coarse to fine pixels.
+//!
+//! The allowed error is searched so that the number of records is the budget's; a record depends on its
+//! pixel alone, so that the search evaluates none twice.
+
+mod record;
+mod store;
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use self::record::{Evaluator, Record, Strata};
+use self::store::{Metric, Placed, Store};
+use super::reflected;
+use crate::cache::{
+    DistanceMetric, NO_POINT, Neighbour, RecordSearch, SearchRule, ShadingPoints,
+    inverse_distance_weights,
+};
+use crate::image::Image;
+use crate::registry::{About, Bias, MethodEntry, Parameter, parameters};
+use crate::shade::Depths;
+use crate::technique::{Contender, Frame, Method, PlacedRecord, Rendered, Site, shading_points};
+use crate::trace::{RayCounter, RayCounts};
+
+/// The registry's entry.
+pub const ENTRY: MethodEntry = MethodEntry {
+    about: About {
+        id: "on-demand",
+        aliases: &["ward", "irradiance-cache"],
+        summary: "the classic irradiance cache: records with gradients, made where none may be used",
+        source: "Ward et al. 1988; Ward & Heckbert 1992; Tabellion & Lamorlette 2004; Křivánek et \
+                 al. 2006 (neighbour clamping). The allowed error is searched for the budget",
+        bias: Bias::Biased,
+        failures: &[
+            "a narrow gap that few rays find leaves records that are valid too far",
+            "gradients of a noisy hemisphere overshoot: HDR outliers print blotches",
+            "normals and positions do not tell the two sides of a thin wall at its edge apart",
+        ],
+        parameters: &[
+            Parameter {
+                key: "metric",
+                default: "ward",
+                unit: "",
+                meaning: "ward or tabellion: how far a record may be used",
+            },
+            Parameter {
+                key: "gradients",
+                default: "true",
+                unit: "",
+                meaning: "whether records are extrapolated by their gradients",
+            },
+            Parameter {
+                key: "pixels",
+                default: "[3, 60]",
+                unit: "pixels",
+                meaning: "least and largest validity distance, in projected pixels at the record",
+            },
+        ],
+    },
+    techniques: &["irradiance-caching"],
+    build: |table| Ok(Method::OnDemand(parameters(table)?)),
+};
+
+/// Parameters of the method.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OnDemand {
+    metric: Metric,
+    gradients: bool,
+    pixels: [f32; 2],
+}
+
+impl Default for OnDemand {
+    fn default() -> Self {
+        Self {
+            metric: Metric::Ward,
+            gradients: true,
+            pixels: [3.0, 60.0],
+        }
+    }
+}
+
+/// Steps of the search for the allowed error.
+const SEARCH_STEPS: usize = 12;
+/// Range of the allowed error that is searched.
+const ERRORS: [f32; 2] = [0.02, 4.0];
+/// Distances in pixels at which the overture looks for missing records, one pass each.
+const STRIDES: [usize; 4] = [8, 4, 2, 1];
+
+/// Renders the contender. `depths` are the gathering paths, `rays` those of a record.
+pub(super) fn render(
+    frame: &Frame,
+    contender: &Contender,
+    (method, depths, rays): (&OnDemand, Depths, usize),
+) -> Rendered {
+    let counter = RayCounter::default();
+    let mut rendered = Rendered::default();
+    let mut stages = std::mem::take(&mut rendered.stages);
+    let points = stages.time("shading_points", || shading_points(frame, &counter));
+    let mut overture = Overture {
+        frame,
+        points: &points,
+        method,
+        evaluator: Evaluator {
+            frame,
+            strata: Strata::of(rays),
+            depths,
+            seed: contender.seed,
+        },
+        known: HashMap::new(),
+    };
+    let (store, error) = stages.time("records", || overture.search(contender.budget));
+    let image = stages.time("rendering", || overture.image(&store, &counter));
+    rendered.records = store.placed.iter().map(|p| overture.placed(p)).collect();
+    rendered.rays = overture.rays_of(&store, counter.read());
+    rendered.non_finite = image.non_finite
+        + store
+            .placed
+            .iter()
+            .map(|p| p.record.non_finite)
+            .sum::<u64>();
+    rendered.lookups = image.lookups;
+    rendered.bytes_peak = store.placed.len() * size_of::<Placed>() + points.bytes();
+    rendered.found = vec![
+        ("allowed_error", f64::from(error)),
+        ("misses", image.misses as f64),
+        ("evaluated", overture.known.len() as f64),
+    ];
+    rendered.notes.push(format!(
+        "allowed error searched in {SEARCH_STEPS} steps; records that were tried and not kept are \
+         not charged"
+    ));
+    if store.placed.len() < contender.budget {
+        rendered.notes.push(format!(
+            "{} records instead of {}: no allowed error gives just as many",
+            store.placed.len(),
+            contender.budget
+        ));
+    }
+    rendered.image = image.image;
+    rendered.stages = stages;
+    rendered
+}
+
+/// A record with what it cost.
+struct Known {
+    record: Record,
+    rays: RayCounts,
+}
+
+struct Overture<'a> {
+    frame: &'a Frame<'a>,
+    points: &'a ShadingPoints,
+    method: &'a OnDemand,
+    evaluator: Evaluator<'a>,
+    /// Records evaluated so far, by shading point.
+    known: HashMap<u32, Known>,
+}
+
+/// An image made from records.
+struct Interpolated {
+    image: Image,
+    lookups: u64,
+    misses: u64,
+    non_finite: u64,
+}
+
+impl Overture<'_> {
+    /// The records of the least allowed error that gives at most `count` of them, and that error.
+    fn search(&mut self, count: usize) -> (Store, f32) {
+        let [mut low, mut high] = ERRORS;
+        let mut best = self.fill(high, count);
+        let mut error = high;
+        for _ in 0..SEARCH_STEPS {
+            let middle = (low * high).sqrt();
+            let store = self.fill(middle, count);
+            if store.placed.len() > count {
+                low = middle;
+            } else {
+                (high, error) = (middle, middle);
+                best = store;
+            }
+        }
+        best.placed.truncate(count);
+        (best, error)
+    }
+
+    /// All passes of the overture at one allowed error; stops when there are more than `most`
+    /// records.
+    fn fill(&mut self, error: f32, most: usize) -> Store {
+        let mut store = Store::new(self.method.metric, error);
+        for (pass, stride) in STRIDES.into_iter().enumerate() {
+            let coarser = (pass > 0).then(|| STRIDES[pass - 1]);
+            for pixel in 0..self.points.point_of_pixel.len() {
+                let (x, y) = (pixel % self.points.width, pixel / self.points.width);
+                let on = |stride: usize| x % stride == stride / 2 && y % stride == stride / 2;
+                let point = self.points.point_of_pixel[pixel];
+                if point == NO_POINT || !on(stride) || coarser.is_some_and(on) {
+                    continue;
+                }
+                let site = Site::of(self.points, point);
+                if store.covers(&site) {
+                    continue;
+                }
+                let placed = self.place(point, &site);
+                store.insert(placed);
+                if store.placed.len() > most {
+                    return store;
+                }
+            }
+        }
+        store
+    }
+
+    /// The record at a shading point with its validity distance.
+    fn place(&mut self, point: u32, site: &Site) -> Placed {
+        let evaluator = &self.evaluator;
+        let pixel = self.points.pixel[point as usize];
+        let known = self.known.entry(point).or_insert_with(|| {
+            let counter = RayCounter::default();
+            let record = evaluator.evaluate(site, pixel, &counter);
+            Known {
+                record,
+                rays: counter.read(),
+            }
+        });
+        let mut record = known.record;
+        if !self.method.gradients {
+            record.rotation = glam::Mat3::ZERO;
+            record.translation = glam::Mat3::ZERO;
+        }
+        let (width, height) = (self.points.width, self.points.height);
+        let [_, half] = self.frame.view.half_tangents(width, height);
+        let depth = self.points.depth[point as usize];
+        let size = (2.0 * half / height as f64) as f32 * depth;
+        let limits = self.method.pixels.map(|pixels| pixels * size);
+        Placed {
+            radius: record
+                .validity(self.method.metric)
+                .clamp(limits[0], limits[1]),
+            record,
+            limits,
+            point,
+        }
+    }
+
+    /// Camera, shading-point and record rays that the kept records account for.
+    fn rays_of(&self, store: &Store, mut rays: RayCounts) -> RayCounts {
+        for placed in &store.placed {
+            let own = self.known[&placed.point].rays;
+            rays.closest += own.closest;
+            rays.shadow += own.shadow;
+        }
+        rays
+    }
+
+    fn placed(&self, placed: &Placed) -> PlacedRecord {
+        PlacedRecord {
+            site: placed.record.site,
+            pixel: self.points.pixel[placed.point as usize],
+            stage: 0,
+        }
+    }
+
+    /// Every camera sample from the records; where none may be used, the M nearest of the run-time
+    /// rule serve without gradients, and are counted as misses.
+    fn image(&self, store: &Store, counter: &RayCounter) -> Interpolated {
+        let frame = self.frame;
+        let sites = || store.placed.iter().map(|p| &p.record.site);
+        let positions: Vec<Vec3> = sites().map(|s| s.position).collect();
+        let normals: Vec<Vec3> = sites().map(|s| s.normal).collect();
+        let metric = DistanceMetric::literal(frame.scene.diagonal, self.points.metres_per_unit);
+        let nearest = RecordSearch::new(&positions, &normals, SearchRule::paper(metric));
+        let fallback = |site: &Site| -> Vec3 {
+            let found = nearest.map(&[site.position], &[site.normal], |_, n| n.to_vec());
+            let found = found.into_iter().next().unwrap_or_default();
+            let mut weights = vec![0.0; found.len()];
+            inverse_distance_weights(&found, frame.scene.diagonal, &mut weights);
+            let value =
+                |(n, w): (&Neighbour, &f32)| store.placed[n.record as usize].record.irradiance * *w;
+            found.iter().zip(&weights).map(value).sum()
+        };
+        let mut image = Image::new(frame.width, frame.height);
+        let shade_row = |(y, row): (usize, &mut [[f32; 3]])| {
+            let caster = frame.tracer.caster(counter);
+            let (mut lookups, mut misses, mut non_finite) = (0u64, 0u64, 0u64);
+            for (x, pixel) in row.iter_mut().enumerate() {
+                let mut sum = Vec3::ZERO;
+                for sample in 0..frame.spp {
+                    let index = (y * frame.width + x) as u32;
+                    let Some(seen) = frame.look(&caster, index, sample) else {
+                        continue;
+                    };
+                    lookups += 1;
+                    let irradiance = store.interpolate(&seen.site).unwrap_or_else(|| {
+                        misses += 1;
+                        fallback(&seen.site)
+                    });
+                    let value = reflected(frame, &seen, irradiance);
+                    if value.is_finite() {
+                        sum += value;
+                    } else {
+                        non_finite += 1;
+                    }
+                }
+                *pixel = (sum / frame.spp as f32).into();
+            }
+            [lookups, misses, non_finite]
+        };
+        let rows: Vec<[u64; 3]> = image
+            .pixels
+            .par_chunks_mut(frame.width)
+            .enumerate()
+            .map(shade_row)
+            .collect();
+        let total = |i: usize| rows.iter().map(|r| r[i]).sum();
+        Interpolated {
+            image,
+            lookups: total(0),
+            misses: total(1),
+            non_finite: total(2),
+        }
+    }
+}

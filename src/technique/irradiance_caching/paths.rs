@@ -1,0 +1,103 @@
+//! The layers of an image by path tracing, one random estimate a sample.
+
+use glam::Vec3;
+
+use crate::sample::{Rng, hash};
+use crate::shade::Depths;
+use crate::technique::{Frame, Seen, ShadingFunction};
+use crate::trace::Caster;
+
+/// Keys the paths of direct and of indirect light.
+const STREAMS: [u64; 2] = [0x6469_7265_6374, 0x696e_6469_7265];
+/// Steps of an additive sequence in three dimensions (powers of the reciprocal of the real root of
+/// x⁴ = x + 1): successive passes spread the first scattering evenly.
+const STEPS: [f64; 3] = [
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_3,
+    0.549_700_477_901_970_5,
+];
+
+/// What of the light is in an image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layer {
+    /// Light scattered at least twice.
+    #[default]
+    Indirect,
+    /// All light: emission and direct light added.
+    Global,
+}
+
+/// One estimate of a layer for each pixel and pass.
+pub struct LayerPaths<'a> {
+    pub frame: &'a Frame<'a>,
+    /// Whether emission and direct light are in.
+    pub direct: bool,
+    /// Paths from the surface that the camera sees on; `None` leaves indirect light out.
+    pub indirect: Option<Depths>,
+    pub seed: u64,
+}
+
+impl ShadingFunction for LayerPaths<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, pass): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let frame = self.frame;
+        let mut non_finite = 0;
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let rgb = match frame.look_out(caster, pixel, pass % frame.spp) {
+                Ok(seen) => seen.throughput * self.shaded(caster, &seen, pass),
+                Err(missed) if self.direct => {
+                    missed.throughput * frame.paths.lights().environment(missed.direction)
+                }
+                Err(_) => Vec3::ZERO,
+            };
+            if rgb.is_finite() {
+                *value = rgb.into();
+            } else {
+                non_finite += 1;
+            }
+        }
+        non_finite
+    }
+}
+
+impl LayerPaths<'_> {
+    fn shaded(&self, caster: &Caster, seen: &Seen, pass: u32) -> Vec3 {
+        let paths = &self.frame.paths;
+        let at = paths.surfaces().interact(&seen.hit, seen.direction);
+        let mut sum = Vec3::ZERO;
+        if self.direct {
+            let mut rng = self.rng(STREAMS[0], seen.pixel, pass);
+            sum += paths.direct(caster, &at, &mut rng);
+        }
+        if let Some(depths) = self.indirect {
+            let mut rng = self.rng(STREAMS[1], seen.pixel, pass);
+            let key = hash(self.seed ^ STREAMS[1]) ^ u64::from(seen.pixel);
+            if let Some(sample) = at.sample(spread(key, pass)) {
+                let ray = paths.lights().spawn(&at, sample.direction);
+                let radiance = paths.radiance(caster, ray, &mut rng, depths);
+                sum += sample.weight * Vec3::from(radiance);
+            }
+        }
+        sum
+    }
+
+    fn rng(&self, stream: u64, pixel: u32, pass: u32) -> Rng {
+        Rng::new(self.seed, stream, u64::from(pixel), u64::from(pass))
+    }
+}
+
+/// Point `pass` of the additive sequence, shifted for each pixel.
+fn spread(key: u64, pass: u32) -> [f32; 3] {
+    let mut axis = 0;
+    STEPS.map(|step| {
+        axis += 1;
+        let shift = Rng::new(key, axis, 0, 0).next_f64();
+        let u = (shift + f64::from(pass) * step).fract() as f32;
+        u.min(1.0 - f32::EPSILON / 2.0)
+    })
+}

@@ -1,0 +1,336 @@
+//! Irradiance caching against known answers, and what it does where there is little to cache.
+
+use glam::{DMat4, DVec3};
+use lightbench::image::Image;
+use lightbench::registry::{FIRST_STAGES, REFINEMENTS, technique};
+use lightbench::scene::{
+    Bsdf, ColourSource, Material, MicrofacetDistribution, Needs, Scene, SceneDescription,
+    ShapeDescription, ShapeSource, View,
+};
+use lightbench::shade::{Depths, RenderOptions, render};
+use lightbench::technique::{Contender, Film, Frame, Method, Rendered, reference_pass};
+use lightbench::trace::{RayCounter, Tracer};
+
+const SIZE: [usize; 2] = [12, 12];
+
+fn shape(source: ShapeSource, to_world: DMat4) -> ShapeDescription {
+    ShapeDescription {
+        to_world,
+        ..ShapeDescription::new("shape", source)
+    }
+}
+
+fn description(eye: DVec3, shapes: Vec<ShapeDescription>) -> SceneDescription {
+    SceneDescription {
+        name: "test".into(),
+        exposure: 1.0,
+        metres_per_unit: 1.0,
+        max_depth: 6,
+        views: vec![View::look_at("v", [eye, DVec3::ZERO, DVec3::Y], 60.0, SIZE)],
+        materials: vec![Material::diffuse("grey", [0.8, 0.5, 0.1])],
+        shapes,
+        ..SceneDescription::default()
+    }
+}
+
+/// The inside of a cube of side 2.
+fn room() -> ShapeDescription {
+    ShapeDescription {
+        flip_normals: true,
+        ..shape(ShapeSource::Cube, DMat4::IDENTITY)
+    }
+}
+
+/// A square lamp below the ceiling of the room, shining down.
+fn lamp(side: f64, emission: f32) -> ShapeDescription {
+    let down = DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    let place = DMat4::from_translation(DVec3::new(0.0, 0.99, 0.0));
+    ShapeDescription {
+        emission: Some([emission; 3]),
+        ..shape(
+            ShapeSource::Rectangle,
+            place * down * DMat4::from_scale(DVec3::splat(side / 2.0)),
+        )
+    }
+}
+
+struct Setting<'a> {
+    method: &'a str,
+    caches: usize,
+    parameters: &'a str,
+}
+
+/// Renders one contender of a scene.
+fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
+    let parameters: toml::Table = setting.parameters.parse().expect("toml");
+    let entry = technique("irradiance-caching").expect("registered");
+    let technique = (entry.build)(&parameters).expect("parameters");
+    let scene = Scene::build(description, technique.needs()).expect("scene");
+    let tracer = Tracer::new(&scene.positions, &scene.triangles);
+    let film = Film {
+        width: SIZE[0],
+        height: SIZE[1],
+        spp: 1,
+    };
+    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let mut table = toml::Table::new();
+    if setting.method.starts_with("SD") {
+        table.insert("min_cluster_size".into(), 1.into());
+    }
+    let method = Method::new(entry, setting.method, &table).expect("method");
+    let contender = Contender {
+        method: &method,
+        budget: setting.caches,
+        seed: 1,
+        reference: None,
+    };
+    technique.render(&frame, &contender).expect("renders")
+}
+
+fn mean(image: &Image) -> [f64; 3] {
+    let count = image.pixels.len() as f64;
+    std::array::from_fn(|c| image.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / count)
+}
+
+/// Every distribution, and every refinement after VGC.
+fn distributions() -> Vec<String> {
+    let first = FIRST_STAGES.iter().map(|e| e.about.id.to_owned());
+    let refined = REFINEMENTS.iter().map(|e| format!("VGC+{}", e.about.id));
+    first.chain(refined).collect()
+}
+
+#[test]
+fn a_closed_glowing_box_sums_the_higher_orders_of_its_series() {
+    let mut cube = room();
+    cube.emission = Some([1.0, 2.0, 3.0]);
+    let glowing = description(DVec3::new(0.2, 0.1, 0.6), vec![cube]);
+    for method in distributions() {
+        let setting = Setting {
+            method: &method,
+            caches: 20,
+            parameters: "side = 32",
+        };
+        let found = mean(&cached(&glowing, &setting).image);
+        for (c, albedo) in [0.8f64, 0.5, 0.1].into_iter().enumerate() {
+            let series: f64 = (2..6).map(|k| albedo.powi(k)).sum();
+            let expected = series * (c + 1) as f64;
+            let error = (found[c] - expected).abs() / expected;
+            assert!(
+                error < 0.02,
+                "{method}, channel {c}: {} {expected}",
+                found[c]
+            );
+        }
+    }
+}
+
+#[test]
+fn direct_and_indirect_layers_add_up_to_path_tracing() {
+    let lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    let setting = Setting {
+        method: "VGC+DGS",
+        caches: 100,
+        parameters: "side = 32\nlayer = 'global'\nreference_passes = 256",
+    };
+    let found = mean(&cached(&lit, &setting).image);
+    let scene = Scene::build(&lit, Needs::ALL).expect("scene");
+    let tracer = Tracer::new(&scene.positions, &scene.triangles);
+    let film = Film {
+        width: SIZE[0],
+        height: SIZE[1],
+        spp: 1,
+    };
+    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let options = RenderOptions {
+        width: SIZE[0],
+        height: SIZE[1],
+        samples: 0..512,
+        seed: 3,
+        depths: Depths::up_to(6),
+    };
+    let expected = mean(&render(&frame.paths, &scene.views[0], &options).mean);
+    for c in 0..3 {
+        let error = (found[c] - expected[c]).abs() / expected[c];
+        assert!(error < 0.03, "channel {c}: {} {}", found[c], expected[c]);
+    }
+}
+
+#[test]
+fn the_reference_and_the_estimate_per_sample_agree_with_dense_records() {
+    let lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    let entry = technique("irradiance-caching").expect("registered");
+    let technique = (entry.build)(&"side = 32".parse().expect("toml")).expect("parameters");
+    let scene = Scene::build(&lit, technique.needs()).expect("scene");
+    let tracer = Tracer::new(&scene.positions, &scene.triangles);
+    let film = Film {
+        width: SIZE[0],
+        height: SIZE[1],
+        spp: 1,
+    };
+    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let function = technique.shading_function(&frame);
+    let mut exact = [0.0; 3];
+    for pass in 0..400 {
+        let (image, non_finite) =
+            reference_pass(function.as_ref(), &frame, pass, &RayCounter::default());
+        assert_eq!(non_finite, 0);
+        let own = mean(&image);
+        (0..3).for_each(|c| exact[c] += own[c] / 400.0);
+    }
+    for method in ["IM", "per-sample"] {
+        let setting = Setting {
+            method,
+            caches: SIZE[0] * SIZE[1],
+            parameters: "side = 32",
+        };
+        let rendered = cached(&lit, &setting);
+        let found = mean(&rendered.image);
+        for c in 0..3 {
+            let error = (found[c] - exact[c]).abs() / exact[c];
+            assert!(
+                error < 0.02,
+                "{method}, channel {c}: {} {}",
+                found[c],
+                exact[c]
+            );
+        }
+    }
+}
+
+#[test]
+fn equal_rays_are_equal() {
+    let lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    let rays = |method| {
+        let setting = Setting {
+            method,
+            caches: 100,
+            parameters: "side = 16",
+        };
+        let rays = cached(&lit, &setting).rays;
+        (rays.closest + rays.shadow) as f64
+    };
+    let ratio = rays("per-sample") / rays("IM");
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
+
+/// A floor with a wall of no thickness across it; the lamp is on the left, the camera on the right
+/// sees the wall's dark side at grazing distance to its lit one.
+#[test]
+fn the_two_sides_of_a_thin_wall_do_not_mix() {
+    let wall = shape(
+        ShapeSource::Rectangle,
+        DMat4::from_rotation_y(std::f64::consts::FRAC_PI_2) * DMat4::from_scale(DVec3::splat(5.0)),
+    );
+    let lit_floor = shape(
+        ShapeSource::Rectangle,
+        DMat4::from_translation(DVec3::new(-2.0, -1.0, 0.0))
+            * DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2)
+            * DMat4::from_scale(DVec3::splat(1.5)),
+    );
+    let light = ShapeDescription {
+        emission: Some([50.0; 3]),
+        ..shape(
+            ShapeSource::Rectangle,
+            DMat4::from_translation(DVec3::new(-2.0, 2.0, 0.0))
+                * DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2),
+        )
+    };
+    let shapes = vec![wall, lit_floor, light];
+    let bright = description(DVec3::new(-4.0, 0.0, 0.3), shapes.clone());
+    let dark = description(DVec3::new(4.0, 0.0, 0.3), shapes);
+    for method in distributions() {
+        let setting = Setting {
+            method: &method,
+            caches: 30,
+            parameters: "side = 16",
+        };
+        assert!(mean(&cached(&bright, &setting).image)[0] > 0.1, "{method}");
+        assert_eq!(mean(&cached(&dark, &setting).image), [0.0; 3], "{method}");
+    }
+}
+
+#[test]
+fn hard_cases_stay_finite_and_sane() {
+    let eye = DVec3::new(0.3, 0.2, 0.9);
+    let plain = description(eye, vec![room(), lamp(0.5, 20.0)]);
+    let mut black = plain.clone();
+    black.materials = vec![Material::diffuse("black", [0.0; 3])];
+    let mut glossy = plain.clone();
+    glossy.materials = vec![Material {
+        bsdf: Bsdf::Conductor {
+            eta: [0.2; 3],
+            k: [3.0; 3],
+            specular: ColourSource::Constant([1.0; 3]),
+            alpha: 0.01,
+            distribution: MicrofacetDistribution::Ggx,
+        },
+        ..Material::diffuse("metal", [0.5; 3])
+    }];
+    let cases = [
+        ("no light", description(eye, vec![room()]), true),
+        ("black", black, true),
+        (
+            "tiny bright lamp",
+            description(eye, vec![room(), lamp(0.002, 1e6)]),
+            false,
+        ),
+        ("glossy", glossy, false),
+        ("lit", plain, false),
+    ];
+    for (name, scene, dark) in &cases {
+        for caches in [1, 2, 19, 5000] {
+            let setting = Setting {
+                method: "VGC+DGS",
+                caches,
+                parameters: "side = 8",
+            };
+            let rendered = cached(scene, &setting);
+            let values = rendered.image.pixels.iter().flatten();
+            assert!(values.clone().all(|v| v.is_finite() && *v >= 0.0), "{name}");
+            assert_eq!(rendered.non_finite, 0, "{name}");
+            assert_eq!(values.sum::<f32>() == 0.0, *dark, "{name} {caches}");
+        }
+    }
+}
+
+#[test]
+fn a_view_of_nothing_is_black() {
+    let mut away = description(DVec3::new(0.0, 0.0, 5.0), vec![room()]);
+    away.views = vec![View::look_at(
+        "v",
+        [DVec3::Z * 5.0, DVec3::Z * 9.0, DVec3::Y],
+        60.0,
+        SIZE,
+    )];
+    for method in ["VGC+DGS", "per-sample"] {
+        let setting = Setting {
+            method,
+            caches: 10,
+            parameters: "side = 8",
+        };
+        assert_eq!(mean(&cached(&away, &setting).image), [0.0; 3], "{method}");
+    }
+}
+
+#[test]
+fn images_do_not_depend_on_the_number_of_threads() {
+    let lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    let with_threads = |threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads")
+            .install(|| {
+                ["VGC+DGS", "per-sample"].map(|method| {
+                    let setting = Setting {
+                        method,
+                        caches: 40,
+                        parameters: "side = 8\nlayer = 'global'\nreference_passes = 4",
+                    };
+                    let rendered = cached(&lit, &setting);
+                    (rendered.image, rendered.rays.closest, rendered.rays.shadow)
+                })
+            })
+    };
+    assert_eq!(with_threads(1), with_threads(3));
+}
