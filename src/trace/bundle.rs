@@ -82,7 +82,7 @@ fn occluded_tile<const TIGHT: bool>(tree: &WideTree, tile: &Tile, scratch: &mut 
         if child & LEAF != 0 {
             let seen = Seen::<TIGHT>::new(tree.block(child), origin);
             for k in bits(rays) {
-                let crossing = seen.cross(tile.direction(k), tile.scale(k));
+                let crossing = seen.cross(tile.direction(k));
                 if crossing.hits(_mm256_setzero_ps(), t_max) != 0 {
                     alive ^= 1 << k;
                 }
@@ -151,7 +151,7 @@ fn closest_tile<const TIGHT: bool>(
             let block = tree.block(child);
             let seen = Seen::<TIGHT>::new(block, origin);
             for k in bits(rays) {
-                let crossing = seen.cross(tile.direction(k), tile.scale(k));
+                let crossing = seen.cross(tile.direction(k));
                 let limits = [0.0, tile.t_max[k / 8][k % 8]];
                 nearest_lane(&crossing, block, limits, &mut best[k]);
             }

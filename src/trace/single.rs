@@ -103,7 +103,7 @@ impl Beam {
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
     fn crossing<const TIGHT: bool>(&self, block: &Block) -> Crossing {
-        Seen::<TIGHT>::new(block, self.origin).cross(self.direction, self.scale)
+        Seen::<TIGHT>::new(block, self.origin).cross(self.direction)
     }
 }
 

@@ -170,12 +170,6 @@ impl<'a> Tile<'a> {
 
     /// `1/d` of a ray.
     #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn scale(&self, k: usize) -> Vec3x8 {
-        Vec3x8::splat(self.reciprocal(k))
-    }
-
-    #[inline]
     fn reciprocal(&self, k: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis: usize| self.scale[axis][k / 8][k % 8])
     }

@@ -164,12 +164,12 @@ impl<const TIGHT: bool> Seen<TIGHT> {
         }
     }
 
-    /// The crossings of one ray, in all lanes; `scale` holds the reciprocals of its direction.
+    /// The crossings of one ray, whose direction is in all lanes.
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn cross(&self, direction: Vec3x8, scale: Vec3x8) -> Crossing {
+    pub fn cross(&self, direction: Vec3x8) -> Crossing {
         if TIGHT {
-            return self.cross_sheared(direction.lowest(), scale.lowest());
+            return self.cross_sheared(direction.lowest());
         }
         let denominator = self.first.dot(direction);
         let sign = _mm256_and_ps(denominator, _mm256_set1_ps(-0.0));
@@ -184,7 +184,7 @@ impl<const TIGHT: bool> Seen<TIGHT> {
     /// The watertight test.
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn cross_sheared(&self, direction: [f32; 3], scale: [f32; 3]) -> Crossing {
+    fn cross_sheared(&self, direction: [f32; 3]) -> Crossing {
         let [dx, dy, dz] = direction.map(f32::abs);
         let main = if dx >= dy && dx >= dz {
             0
@@ -192,10 +192,11 @@ impl<const TIGHT: bool> Seen<TIGHT> {
             1 + usize::from(dz > dy)
         };
         let (left, right) = ((main + 1) % 3, (main + 2) % 3);
+        let along = 1.0 / direction[main];
         let shear = Shear {
             axes: [main, left, right],
-            slopes: [left, right].map(|axis| direction[axis] * scale[main]),
-            along: scale[main],
+            slopes: [left, right].map(|axis| direction[axis] * along),
+            along,
         };
         let a = shear.apply(self.first);
         let b = shear.apply(self.second);
