@@ -55,10 +55,17 @@ impl Place {
     }
 
     fn lightbench(&self, arguments: &[&str]) -> Output {
+        self.lightbench_by(None, arguments)
+    }
+
+    /// With a ray kernel of choice.
+    fn lightbench_by(&self, kernel: Option<&str>, arguments: &[&str]) -> Output {
         let output = Command::cargo_bin("lightbench")
             .expect("built")
             .current_dir(self.path())
             .env_remove("LIGHTBENCH_SCENES")
+            .env_remove("LIGHTBENCH_KERNEL")
+            .envs(kernel.map(|name| ("LIGHTBENCH_KERNEL", name)))
             .args(arguments)
             .output()
             .expect("runs");
@@ -267,6 +274,42 @@ fn results_do_not_depend_on_threads_or_on_interruption() {
         "{}",
         nothing_left.err
     );
+}
+
+/// Kernels round triangles differently, so that a ray near an edge may differ; errors do not.
+#[test]
+fn ray_kernels_give_the_same_table_and_are_named() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let refused = place.lightbench_by(Some("fast"), &["plan", "tiny.toml"]);
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused
+            .err
+            .contains("expected wide, watertight or portable"),
+        "{}",
+        refused.err
+    );
+    let mut errors: Vec<Vec<f64>> = Vec::new();
+    for kernel in lightbench::trace::Kernel::ALL {
+        if !kernel.is_available() {
+            continue;
+        }
+        let id = kernel.name().split('-').next();
+        let out = format!("by-{}", kernel.name());
+        let run = place.lightbench_by(id, &["run", "tiny.toml", "--quiet", "--out", &out]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        let file = place.path().join(&out).join("provenance.json");
+        let provenance = fs::read_to_string(file).expect("provenance");
+        assert!(provenance.contains(kernel.name()), "{provenance}");
+        let rmse = |row: &serde_json::Value| row["rmse"].as_f64().expect("rmse");
+        errors.push(place.rows(&out).iter().map(rmse).collect());
+    }
+    for other in &errors[1..] {
+        for (a, b) in errors[0].iter().zip(other) {
+            assert!((a - b).abs() <= 1e-4 * a, "{errors:?}");
+        }
+    }
 }
 
 #[test]
