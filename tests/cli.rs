@@ -122,6 +122,7 @@ fn every_shipped_config_plans() {
     let mut configs = vec![
         repository("configs/quickstart.toml"),
         repository("configs/stability.toml"),
+        repository("configs/stability-importance-caching.toml"),
     ];
     for entry in fs::read_dir(repository("configs/cache-placement")).expect("configs") {
         configs.push(entry.expect("entry").path().display().to_string());
