@@ -7,8 +7,8 @@ use crate::environment::{
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
 use crate::technique::irradiance_caching::on_demand;
 use crate::technique::{
-    Method, PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, irradiance_caching,
-    truth,
+    Method, PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, importance_caching,
+    irradiance_caching, truth,
 };
 
 /// All techniques.
@@ -16,6 +16,7 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
     ambient_occlusion::ENTRY,
     environment_lighting::ENTRY,
     irradiance_caching::ENTRY,
+    importance_caching::ENTRY,
     truth::DIRECT,
     truth::PATH_TRACING,
 ];

@@ -1,19 +1,22 @@
-//! Mrays per CPU-second of every kernel, side by side on the same rays.
+//! Mrays per CPU-second of every kernel, side by side on the same rays, as Markdown tables.
 //!
-//! `cargo bench --bench rays [-- terrain | kitchen]` prints one table a scene: the portable kernel (obvhs' traversal), the
-//! wide one with single rays and with bundles, and their ratios. Kernels take turns and the best of
-//! seven rounds counts, so that other work on the machine disturbs all of them alike.
+//! `cargo bench --bench rays [-- terrain | kitchen] [--quick] [--export DIR]` prints one table a scene: the
+//! portable kernel (obvhs' traversal), the wide one with single rays and with bundles and their ratios
+//! to it. Kernels take turns and the best of seven rounds counts, so that other work on the
+//! machine disturbs all of them alike. `--quick` leaves out the scaling to two threads; `--export` also writes triangles, rays and rates as
+//! raw files ([`export`]), which `scripts/embree-compare.py` uses.
 
+mod export;
+mod sets;
 mod terrain;
 
 use glam::Vec3;
-use lightbench::sample::{Frame, Rng, equal_area_hemisphere};
 use lightbench::scene::{Needs, find_scene};
-use lightbench::trace::{Caster, Hit, Kernel, Ray, RayCounter, Tracer, offset_origin};
+use lightbench::trace::{Kernel, RayCounter, Tracer};
+
+use sets::{Set, ray_sets};
 
 const ROUNDS: usize = 7;
-const RECORDS: usize = 160;
-const SIDE: usize = 32;
 
 /// Triangles and a camera.
 pub struct Scene {
@@ -25,16 +28,34 @@ pub struct Scene {
 }
 
 fn main() {
-    let filter = std::env::args().skip(1).find(|a| !a.starts_with('-'));
-    let wanted = |name: &str| filter.as_ref().is_none_or(|f| f == name);
-    if wanted("terrain") {
-        report(&terrain::scene());
-    }
-    if wanted("kitchen") {
-        match kitchen() {
-            Some(scene) => report(&scene),
-            None => println!("kitchen: skipped, not found through LIGHTBENCH_SCENES"),
+    let mut arguments = std::env::args().skip(1);
+    let mut filter = None;
+    let mut directory = None;
+    let mut is_quick = false;
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--export" => directory = arguments.next(),
+            "--quick" => is_quick = true,
+            name if !name.starts_with('-') => filter = Some(argument),
+            _ => {}
         }
+    }
+    let wanted = |name: &str| filter.as_ref().is_none_or(|f| f == name);
+    let scenes = [
+        wanted("terrain").then(terrain::scene),
+        wanted("kitchen").then(kitchen).flatten(),
+    ];
+    for scene in scenes.iter().flatten() {
+        let rows = report(scene, is_quick);
+        if let Some(directory) = &directory
+            && let Err(error) = export::write(directory.as_ref(), scene, &rows)
+        {
+            eprintln!("{directory}: {error}");
+            std::process::exit(1);
+        }
+    }
+    if wanted("kitchen") && scenes[1].is_none() {
+        println!("kitchen: skipped, not found through LIGHTBENCH_SCENES");
     }
 }
 
@@ -77,237 +98,101 @@ fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (cpu_seconds() - start, result)
 }
 
-/// A set of rays with the ways to cast it.
-struct Set {
-    name: &'static str,
-    work: Work,
+/// What was measured on one set: by portable, single and bundle kernel.
+pub struct Row {
+    set: Set,
+    /// Mrays per CPU-second; NaN where a kernel does not apply.
+    rate: [f64; 3],
+    hits: [usize; 3],
 }
 
-enum Work {
-    Closest(Vec<Ray>),
-    Occluded(Vec<Ray>),
-    RecordOccluded(Vec<Record>, f32),
-    RecordClosest(Vec<Record>),
-}
-
-struct Record {
-    origin: Vec3,
-    directions: Vec<Vec3>,
-}
-
-impl Work {
-    fn rays(&self) -> usize {
-        match self {
-            Self::Closest(rays) | Self::Occluded(rays) => rays.len(),
-            Self::RecordOccluded(records, _) | Self::RecordClosest(records) => {
-                records.len() * SIDE * SIDE
-            }
-        }
-    }
-
-    /// Casts everything and returns the number of hits.
-    fn cast(&self, caster: &Caster, bundles: bool) -> usize {
-        match self {
-            Self::Closest(rays) => rays.iter().filter(|r| caster.closest(r).is_some()).count(),
-            Self::Occluded(rays) => rays.iter().filter(|r| caster.occluded(r)).count(),
-            Self::RecordOccluded(records, t_max) => records
-                .iter()
-                .map(|r| occluded_record(caster, r, *t_max, bundles))
-                .sum(),
-            Self::RecordClosest(records) => records
-                .iter()
-                .map(|r| closest_record(caster, r, bundles))
-                .sum(),
-        }
-    }
-
-    fn has_bundles(&self) -> bool {
-        matches!(self, Self::RecordOccluded(..) | Self::RecordClosest(_))
-    }
-}
-
-fn occluded_record(caster: &Caster, record: &Record, t_max: f32, bundles: bool) -> usize {
-    if bundles {
-        let mut bits = [0u64; SIDE * SIDE / 64];
-        caster.occluded_bundle(record.origin, &record.directions, t_max, &mut bits);
-        return bits.iter().map(|b| b.count_ones() as usize).sum();
-    }
-    let occluded = |&direction: &Vec3| {
-        caster.occluded(&Ray {
-            t_max,
-            ..Ray::new(record.origin, direction)
-        })
-    };
-    record.directions.iter().filter(|d| occluded(d)).count()
-}
-
-fn closest_record(caster: &Caster, record: &Record, bundles: bool) -> usize {
-    if bundles {
-        let mut hits: [Option<Hit>; SIDE * SIDE] = [None; SIDE * SIDE];
-        caster.closest_bundle(record.origin, &record.directions, f32::INFINITY, &mut hits);
-        return hits.iter().flatten().count();
-    }
-    let hit = |&d: &Vec3| caster.closest(&Ray::new(record.origin, d)).is_some();
-    record.directions.iter().filter(|d| hit(d)).count()
-}
-
-fn report(scene: &Scene) {
+fn report(scene: &Scene, is_quick: bool) -> Vec<Row> {
     let build = |kernel| timed(|| Tracer::with_kernel(&scene.positions, &scene.triangles, kernel));
     let (portable_s, portable) = build(Kernel::Portable);
     let (wide_s, wide) = build(Kernel::Wide);
     let millions = scene.triangles.len() as f64 * 1e-6;
-    println!("{}: {millions:.3} M triangles", scene.name);
+    println!("{}: {millions:.3} M triangles\n", scene.name);
     for (tracer, seconds) in [(&portable, portable_s), (&wide, wide_s)] {
         println!(
-            "  {:14} build {:.2} s/M, {:.1} B/triangle",
+            "- {}: built in {:.2} CPU-seconds per million triangles, {:.1} bytes a triangle",
             tracer.kernel().name(),
             seconds / millions,
             tracer.bytes() as f64 / scene.triangles.len() as f64,
         );
     }
-    println!("  Mrays per CPU-second      portable   single (ratio)   bundle (ratio)   hits");
-    let sets = ray_sets(scene, &wide);
-    for set in &sets {
-        row(set, &portable, &wide);
-    }
-    threads(&sets, &wide);
+    println!(
+        "\n| Mrays per CPU-second | obvhs | single | × obvhs | bundle | × obvhs | 2 threads | hits |"
+    );
+    println!("|---|--:|--:|--:|--:|--:|--:|--:|");
+    let measured = |set| {
+        let row = measure(set, &portable, &wide);
+        print_row(&row, (!is_quick).then(|| threads(&row.set, &wide)));
+        row
+    };
+    let rows = ray_sets(scene, &wide).into_iter().map(measured).collect();
+    println!();
+    rows
 }
 
-fn row(set: &Set, portable: &Tracer, wide: &Tracer) {
+fn measure(set: Set, portable: &Tracer, wide: &Tracer) -> Row {
     let counter = RayCounter::default();
     let contenders = [(portable, false), (wide, false), (wide, true)];
     let count = if set.work.has_bundles() { 3 } else { 2 };
-    let mut best = [f64::INFINITY; 3];
+    let mut best = [f64::NAN; 3];
     let mut hits = [0; 3];
     for _ in 0..ROUNDS {
-        for (k, (tracer, bundles)) in contenders.iter().enumerate().take(count) {
+        for (k, (tracer, bundled)) in contenders.iter().enumerate().take(count) {
             let caster = tracer.caster(&counter);
-            let (seconds, found) = timed(|| set.work.cast(&caster, *bundles));
+            let (seconds, found) = timed(|| set.work.cast(&caster, *bundled));
             best[k] = best[k].min(seconds);
             hits[k] = found;
         }
     }
     let rate = best.map(|seconds| set.work.rays() as f64 * 1e-6 / seconds);
-    print!("  {:24} {:9.2}", set.name, rate[0]);
-    for rate_k in &rate[1..count] {
-        print!("   {rate_k:6.2} ({:5.2})", rate_k / rate[0]);
-    }
-    println!(
-        "{:pad$}   {:?}",
-        "",
-        &hits[..count],
-        pad = if count == 2 { 17 } else { 0 }
+    Row { set, rate, hits }
+}
+
+fn print_row(row: &Row, two_threads: Option<f64>) {
+    let [obvhs, single, bundle] = row.rate;
+    print!(
+        "| {} | {obvhs:.2} | {single:.2} | {:.2} ",
+        row.set.name,
+        single / obvhs
     );
-}
-
-/// How two threads scale on each record set: twice the CPU time of one thread alone over that of one
-/// of two. Other work on the machine costs elapsed time but little CPU time.
-fn threads(sets: &[Set], wide: &Tracer) {
-    for set in sets.iter().filter(|s| s.work.has_bundles()) {
-        let counter = RayCounter::default();
-        let run = || timed(|| set.work.cast(&wide.caster(&counter), true)).0;
-        let slowest = |threads: usize| {
-            std::thread::scope(|scope| {
-                let workers: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
-                workers
-                    .into_iter()
-                    .map(|w| w.join().unwrap_or(f64::INFINITY))
-                    .fold(0.0, f64::max)
-            })
-        };
-        let best = |threads| {
-            (0..ROUNDS)
-                .map(|_| slowest(threads))
-                .fold(f64::INFINITY, f64::min)
-        };
-        println!(
-            "  2 threads, {:24} {:.2} x",
-            set.name,
-            2.0 * best(1) / best(2)
-        );
+    if row.set.work.has_bundles() {
+        print!("| {bundle:.2} | {:.2} ", bundle / obvhs);
+    } else {
+        print!("| – | – ");
     }
-}
-
-fn ray_sets(scene: &Scene, tracer: &Tracer) -> Vec<Set> {
-    let (low, high) = scene
-        .positions
-        .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
-            (low.min(p), high.max(p))
-        });
-    let diagonal = (high - low).length();
-    let primary = primary_rays(scene);
-    let points = surface_points(scene, tracer, &primary, diagonal);
-    let mut rng = Rng::new(1, 2, 3, 4);
-    let scattered: Vec<Ray> = points
-        .iter()
-        .map(|(origin, frame)| {
-            let cell = rng.below(SIDE * SIDE);
-            Ray::new(*origin, frame.to_world(equal_area_hemisphere(SIDE)[cell]))
-        })
-        .collect();
-    let limited = scattered
-        .iter()
-        .map(|ray| Ray {
-            t_max: 0.1 * diagonal,
-            ..*ray
-        })
-        .collect();
-    let grid = equal_area_hemisphere(SIDE);
-    let records = || -> Vec<Record> {
-        let step = (points.len() / RECORDS).max(1);
-        let record = |(origin, frame): &(Vec3, Frame)| Record {
-            origin: *origin,
-            directions: grid.iter().map(|&d| frame.to_world(d)).collect(),
-        };
-        points.iter().step_by(step).map(record).collect()
+    let [a, b, c] = row.hits;
+    let are_equal = a == b && (b == c || !row.set.work.has_bundles());
+    let hits = if are_equal {
+        format!("{a}")
+    } else {
+        format!("{:?}", row.hits)
     };
-    let set = |name, work| Set { name, work };
-    vec![
-        set("primary", Work::Closest(primary)),
-        set("occlusion", Work::Occluded(scattered.clone())),
-        set("occlusion, 0.1 D", Work::Occluded(limited)),
-        set("bounce closest", Work::Closest(scattered)),
-        set("record any", Work::RecordOccluded(records(), f32::INFINITY)),
-        set(
-            "record any, 0.1 D",
-            Work::RecordOccluded(records(), 0.1 * diagonal),
-        ),
-        set("record closest", Work::RecordClosest(records())),
-    ]
+    let scaling = two_threads.map_or("–".into(), |s| format!("{s:.2} ×"));
+    println!("| {scaling} | {hits} |");
 }
 
-fn primary_rays(scene: &Scene) -> Vec<Ray> {
-    let (width, height) = (400, 300);
-    let frame = Frame::from_normal((scene.look_at - scene.eye).normalize());
-    let ray = |i: usize| {
-        let x = (i % width) as f32 / width as f32 - 0.5;
-        let y = (i / width) as f32 / width as f32 - 0.375;
-        Ray::new(scene.eye, frame.to_world(Vec3::new(x, y, 0.8).normalize()))
-    };
-    (0..width * height).map(ray).collect()
-}
-
-/// The points that primary rays find, moved off their surface, with a frame on the camera's side.
-fn surface_points(
-    scene: &Scene,
-    tracer: &Tracer,
-    primary: &[Ray],
-    diagonal: f32,
-) -> Vec<(Vec3, Frame)> {
+/// How two threads scale: twice the CPU time of one thread alone over that of the slower of two. Other work on the
+/// machine costs elapsed time but little CPU time.
+fn threads(set: &Set, wide: &Tracer) -> f64 {
     let counter = RayCounter::default();
-    let caster = tracer.caster(&counter);
-    let point = |ray: &Ray| {
-        let hit = caster.closest(ray)?;
-        let [a, b, c] = scene.triangles[hit.triangle as usize].map(|i| scene.positions[i as usize]);
-        let normal = (b - a).cross(c - a).try_normalize()?;
-        let normal = if normal.dot(ray.direction) > 0.0 {
-            -normal
-        } else {
-            normal
-        };
-        let origin = offset_origin(ray.origin + hit.t * ray.direction, normal, diagonal);
-        Some((origin, Frame::from_normal(normal)))
+    let run = || timed(|| set.work.cast(&wide.caster(&counter), true)).0;
+    let slowest = |threads: usize| {
+        std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
+            workers
+                .into_iter()
+                .map(|w| w.join().unwrap_or(f64::INFINITY))
+                .fold(0.0, f64::max)
+        })
     };
-    primary.iter().filter_map(point).collect()
+    let best = |threads| {
+        (0..ROUNDS)
+            .map(|_| slowest(threads))
+            .fold(f64::INFINITY, f64::min)
+    };
+    2.0 * best(1) / best(2)
 }

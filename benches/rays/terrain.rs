@@ -14,7 +14,7 @@ const BLOB_CELLS: usize = 64;
 
 pub fn scene() -> Scene {
     let mut scene = Scene {
-        name: "terrain with blobs",
+        name: "terrain",
         positions: Vec::new(),
         triangles: Vec::new(),
         eye: Vec3::new(-45.0, 22.0, -45.0),

@@ -1,17 +1,26 @@
 //! `plan`: the frozen job list; and the selection that `run` shares.
 
 use std::path::PathBuf;
+use std::rc::Rc;
 
 use globset::Glob;
 
 use super::args::{PlanArgs, Selection};
 use super::exit::{self, Failure};
-use crate::experiment::{Config, Override, Plan, Source, Store, plan};
+use crate::experiment::{Config, Override, Plan, Source, Store, Suite, plan};
 
 /// A planned config and its results folder.
 pub struct Planned {
     pub config: Config,
     pub plan: Plan,
+    pub folder: PathBuf,
+    /// The suite it is part of.
+    pub suite: Option<Rc<PlannedSuite>>,
+}
+
+/// Experiments that are run as one.
+pub struct PlannedSuite {
+    pub title: String,
     pub folder: PathBuf,
 }
 
@@ -38,20 +47,43 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
     }
     let filter = Filter::new(selection)?;
     let mut all = Vec::new();
+    let folder = |name: &str| {
+        let named = || PathBuf::from("results").join(name);
+        selection.out.clone().unwrap_or_else(named)
+    };
     for file in configs {
         let source = Source::read(file.as_ref())?;
-        let (config, mut plan) = plan(&source, &overrides)?;
-        plan.overrides = settings.iter().map(|s| (*s).clone()).collect();
-        plan.jobs = filter.select(plan.jobs);
-        let folder = selection
-            .out
-            .clone()
-            .unwrap_or_else(|| PathBuf::from("results").join(&config.name));
-        all.push(Planned {
-            config,
-            plan,
-            folder,
+        let Some(suite) = Suite::of(&source)? else {
+            let (config, plan) = plan(&source, &overrides)?;
+            all.push(Planned {
+                folder: folder(&config.name),
+                config,
+                plan,
+                suite: None,
+            });
+            continue;
+        };
+        let planned = Rc::new(PlannedSuite {
+            folder: folder(&suite.name),
+            title: if suite.title.is_empty() {
+                suite.name.clone()
+            } else {
+                suite.title.clone()
+            },
         });
+        for (file, overrides) in suite.members(&source.file, &overrides)? {
+            let (config, plan) = plan(&Source::read(&file)?, &overrides)?;
+            all.push(Planned {
+                folder: planned.folder.join(&config.name),
+                config,
+                plan,
+                suite: Some(planned.clone()),
+            });
+        }
+    }
+    for planned in &mut all {
+        let jobs = std::mem::take(&mut planned.plan.jobs);
+        planned.plan.jobs = filter.select(jobs);
     }
     if all.iter().all(|p| p.plan.jobs.is_empty()) {
         return Err(Failure::nothing(
@@ -114,12 +146,22 @@ impl Filter {
 pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
     for planned in planned(&args.selection)? {
         if args.json {
-            println!("{}", serde_json::to_string_pretty(&planned.plan)?);
+            let mut plan = serde_json::to_value(&planned.plan)?;
+            plan["estimates"] = serde_json::json!({
+                "record_bytes_peak": record_bytes_peak(&planned),
+            });
+            println!("{plan:#}");
         } else {
             print(&planned);
         }
     }
     Ok(exit::OK)
+}
+
+/// Bytes of the records of the job that has most; jobs run one after the other.
+fn record_bytes_peak(planned: &Planned) -> u64 {
+    let jobs = planned.plan.jobs.iter();
+    jobs.map(|job| job.estimated_bytes()).max().unwrap_or(0)
 }
 
 /// One line a job, then the sum.
@@ -161,5 +203,9 @@ pub fn print(planned: &Planned) {
         planned.plan.jobs.len(),
         rays as f64 / 1e6,
         references.len()
+    );
+    println!(
+        "records take up to {:.1} MiB in a job",
+        record_bytes_peak(planned) as f64 / (1 << 20) as f64
     );
 }

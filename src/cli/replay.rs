@@ -2,9 +2,31 @@
 
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
-use crate::experiment::{Store, build_method, build_technique, frame_of, load_scene};
+use crate::experiment::{Job, Row, Store, build_method, build_technique, frame_of, load_scene};
+use crate::registry;
 use crate::technique::Contender;
 use crate::trace::{RayCounter, Tracer};
+
+/// The job with the setting that its run picked by error, as its row tells.
+fn with_kept_setting(job: &Job, row: Option<&Row>) -> Job {
+    let mut job = job.clone();
+    let first = job.method.split('+').next().unwrap_or_default();
+    let (Some(row), Some(entry)) = (row, registry::first_stage(first)) else {
+        return job;
+    };
+    for parameter in entry.about.parameters {
+        let given = job.method_parameters.get(parameter.key);
+        if given.is_some_and(|v| !v.is_str()) {
+            continue; // Set by hand: nothing was picked.
+        }
+        let found = row.params.get(parameter.key).and_then(|v| v.as_f64());
+        if let Some(number) = found.filter(|n| n.fract() == 0.0) {
+            let value = toml::Value::Integer(number as i64);
+            job.method_parameters.insert(parameter.key.into(), value);
+        }
+    }
+    job
+}
 
 /// Renders the job's records again and traces one pixel through them.
 pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
@@ -24,12 +46,14 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
                 args.job.display()
             ))
         })?;
-    let plan = Store::open(folder)?.plan()?;
+    let store = Store::open(folder)?;
+    let plan = store.plan()?;
     let job = plan
         .jobs
         .iter()
         .find(|job| job.id == id)
         .ok_or_else(|| Failure::usage(format!("{} has no job {id}", folder.display())))?;
+    let job = &with_kept_setting(job, store.row(&id).as_ref());
     let (x, y) = args
         .pixel
         .split_once(',')
@@ -52,7 +76,10 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let frame = frame_of(job, (&scene, &tracer))?;
     let method = build_method(job)?;
     if method.needs_reference() {
-        eprintln!("note: this method picks a setting by error; the first setting is replayed");
+        eprintln!(
+            "note: this method picks a setting by error and the job's row does not tell which: the \
+             first setting is replayed"
+        );
     }
     let contender = Contender {
         method: &method,

@@ -1,10 +1,11 @@
 //! `run`: everything.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use super::args::RunArgs;
 use super::exit::{self, Failure};
-use super::plan::{Planned, planned, print};
+use super::plan::{Planned, PlannedSuite, planned, print};
 use crate::experiment::{RunOptions, run as run_plan};
 
 /// Plans all configs first, so that nothing is written when one of them is wrong.
@@ -16,8 +17,19 @@ pub fn run(args: &RunArgs) -> Result<u8, Failure> {
         return Ok(exit::OK);
     }
     let mut failed = 0;
-    for planned in &all {
-        failed += run_one(planned, args)?;
+    for group in all.chunk_by(|a, b| same_suite(a.suite.as_ref(), b.suite.as_ref())) {
+        let mut done = Vec::new();
+        for planned in group {
+            failed += run_one(planned, args)?;
+            done.push(planned.config.name.clone());
+            if failed > 0 && args.fail_fast {
+                break;
+            }
+        }
+        if let Some(suite) = &group[0].suite {
+            let page = crate::report::write_suite(&suite.folder, &suite.title, &done)?;
+            eprintln!("suite:   {}", page.display());
+        }
         if failed > 0 && args.fail_fast {
             break;
         }
@@ -27,6 +39,10 @@ pub fn run(args: &RunArgs) -> Result<u8, Failure> {
     } else {
         exit::OK
     })
+}
+
+fn same_suite(a: Option<&Rc<PlannedSuite>>, b: Option<&Rc<PlannedSuite>>) -> bool {
+    a.zip(b).is_some_and(|(a, b)| Rc::ptr_eq(a, b))
 }
 
 fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {

@@ -271,7 +271,7 @@ pub struct ClaimSpec {
     pub place: String,
     /// For example `rmse(VGC+DGS) < rmse(VGC)`; judged for every scene and swept value.
     pub expect: String,
-    /// Scenes it is about (resolved, asked-for or paper names); default all.
+    /// Scenes it is about (names of rows, or the paper's); default all.
     #[serde(default)]
     pub scenes: Vec<String>,
 }
@@ -359,7 +359,7 @@ impl Source {
     }
 
     /// Parses the text as written.
-    pub fn parse(&self) -> Result<Config, ConfigError> {
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
         toml::from_str(&self.text).map_err(|error| {
             let offset = error.span().map_or(0, |s| s.start);
             self.error_at(offset, error.message().to_owned())

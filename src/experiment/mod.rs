@@ -14,6 +14,7 @@ mod reference;
 mod row;
 mod run;
 mod store;
+mod suite;
 
 pub use claim::{Judged, Verdict, judge, overall};
 pub use config::{
@@ -30,6 +31,7 @@ pub use run::{
     Outcome, RunError, RunOptions, build_method, build_technique, frame_of, load_scene, run,
 };
 pub use store::Store;
+pub use suite::{Member, Suite};
 
 use crate::scene::{EnvironmentDescription, SceneDescription, ShapeSource};
 

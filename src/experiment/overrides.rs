@@ -11,6 +11,18 @@ pub struct Override {
     pub values: Vec<Value>,
 }
 
+impl std::fmt::Display for Override {
+    /// As it is written on the command line.
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let text = |value: &Value| match value {
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        let values: Vec<String> = self.values.iter().map(text).collect();
+        write!(f, "{}={}", self.key, values.join(","))
+    }
+}
+
 impl Override {
     /// Parses `key=value`. Numbers, booleans and TOML arrays in brackets are read as such, anything
     /// else is text; `1..4` is 1, 2, 3, 4 and `10..40..10` is 10, 20, 30, 40.

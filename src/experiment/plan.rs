@@ -116,6 +116,17 @@ impl Job {
         })
     }
 
+    /// Bytes its records will take.
+    pub fn estimated_bytes(&self) -> u64 {
+        match self.budget {
+            Budget::Caches(caches) => {
+                let technique = self.built_technique();
+                caches * technique.map_or(0, |t| t.bytes_per_record())
+            }
+            Budget::Lights(_) => 0,
+        }
+    }
+
     fn built_technique(&self) -> Option<Box<dyn Technique>> {
         let entry = registry::technique(&self.technique)?;
         (entry.build)(&self.technique_parameters).ok()
@@ -124,7 +135,7 @@ impl Job {
 
 /// Plans one config under overrides. With several values anywhere, every combination is planned.
 pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), ConfigError> {
-    let written = source.parse()?;
+    let written: Config = source.parse()?;
     let single: Vec<(String, Value)> = overrides
         .iter()
         .filter(|o| o.values.len() == 1)
@@ -146,7 +157,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         name: base.name.clone(),
         title: base.title.clone(),
         configs: vec![source.file.clone()],
-        overrides: Vec::new(),
+        overrides: overrides.iter().map(Override::to_string).collect(),
         jobs: Vec::new(),
         notes: Vec::new(),
     };

@@ -176,6 +176,15 @@ impl Data {
         Estimate::new(by_seed)
     }
 
+    /// The experiment's title, or its name.
+    pub fn title(&self) -> &str {
+        if self.plan.title.is_empty() {
+            &self.plan.name
+        } else {
+            &self.plan.title
+        }
+    }
+
     /// Jobs of the plan without a row.
     pub fn missing(&self) -> Vec<&Job> {
         let there: HashSet<&str> = self.rows.iter().map(|r| r.job.as_str()).collect();

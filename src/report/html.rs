@@ -48,20 +48,7 @@ pub fn page(
     (tables, claims): (&[Table], &[Claim]),
     drawn: &Drawn,
 ) -> io::Result<String> {
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    environment.add_filter("link", |path: String| escape::link(&path));
-    environment.add_filter("extension", |path: String| {
-        path.rsplit('.').next().unwrap_or_default().to_uppercase()
-    });
-    environment
-        .add_template("report.html", TEMPLATE)
-        .map_err(io::Error::other)?;
-    let title = if data.plan.title.is_empty() {
-        &data.plan.name
-    } else {
-        &data.plan.title
-    };
+    let title = data.title();
     let costs = table_kinds::costs(data);
     let count =
         |rows: &dyn Fn(&str) -> bool| claims.iter().filter(|c| !c.gate && rows(&c.class)).count();
@@ -97,11 +84,23 @@ pub fn page(
         "command": command(data),
         "again": format!("lightbench report results/{}", escape::shell(&data.plan.name)),
     });
-    let template = environment
-        .get_template("report.html")
+    fill(("report.html", TEMPLATE), page)
+}
+
+/// A template (its name, its text) with its values put in, escaped for HTML.
+pub fn fill((name, template): (&str, &str), values: Value) -> io::Result<String> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_filter("link", |path: String| escape::link(&path));
+    environment.add_filter("extension", |path: String| {
+        path.rsplit('.').next().unwrap_or_default().to_uppercase()
+    });
+    environment
+        .add_template(name, template)
         .map_err(io::Error::other)?;
+    let template = environment.get_template(name).map_err(io::Error::other)?;
     template
-        .render(minijinja::Value::from(Serde(page)))
+        .render(minijinja::Value::from(Serde(values)))
         .map_err(io::Error::other)
 }
 

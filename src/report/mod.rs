@@ -21,6 +21,7 @@ mod overlay;
 mod pictures;
 mod published;
 mod side_by_side;
+mod suite;
 mod summary;
 mod table;
 mod table_kinds;
@@ -30,6 +31,7 @@ mod viewer;
 use std::path::{Path, PathBuf};
 
 pub use light_map::draw_lights;
+pub use suite::write_suite;
 
 /// What a report consists of.
 #[derive(Clone, Debug, Default)]

@@ -1,5 +1,9 @@
 //! Choosing a light: emitting triangles, parallel light and the environment.
 
+mod emit;
+
+pub use emit::{Emitted, Source};
+
 use glam::Vec3;
 
 use super::surface::Interaction;

@@ -7,8 +7,10 @@ mod film;
 mod light;
 mod path;
 mod surface;
+mod vpl;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
-pub use light::{LightSample, Lights};
+pub use light::{Emitted, LightSample, Lights, Source};
 pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};
+pub use vpl::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};

@@ -224,6 +224,54 @@ impl Interaction<'_> {
         self.bsdf.directional_albedo(self.local_view)
     }
 
+    /// What the scattering of light that arrives along `view` must be multiplied by so that paths
+    /// from the lights agree with paths from the camera where shading normals differ from geometric
+    /// ones: `|view·n| |light·g| / (|view·g| |light·n|)` (Veach 1997, section 5.3.2). 1 where they
+    /// agree, 0 where a direction grazes.
+    pub fn adjoint(&self, light: Vec3) -> f32 {
+        let (n, g) = (self.frame.normal, self.geometric_normal);
+        if n == g {
+            return 1.0;
+        }
+        let factor = self.view.dot(n) * light.dot(g) / (self.view.dot(g) * light.dot(n));
+        if factor.is_finite() {
+            factor.abs()
+        } else {
+            0.0
+        }
+    }
+
+    /// The geometric normal on the side of the viewer.
+    pub fn facing_normal(&self) -> Vec3 {
+        if self.view.dot(self.geometric_normal) < 0.0 {
+            -self.geometric_normal
+        } else {
+            self.geometric_normal
+        }
+    }
+
+    /// The normal that scattering is evaluated about, on the side of the viewer.
+    pub fn facing_shading_normal(&self) -> Vec3 {
+        if self.local_view.z < 0.0 {
+            -self.frame.normal
+        } else {
+            self.frame.normal
+        }
+    }
+
+    /// Scattering if it is the same for all directions on the viewer's side and none on the other:
+    /// reflectance × opacity / π. `None` for other models and for bump mapping.
+    pub fn lambertian(&self) -> Option<Vec3> {
+        match &self.bsdf.model {
+            Model::Diffuse(diffuse) if self.frame.normal == self.shading_normal => {
+                let lit = self.bsdf.two_sided || self.local_view.z > 0.0;
+                let factor = if lit { self.bsdf.opacity } else { 0.0 };
+                Some(diffuse.reflectance * (factor * std::f32::consts::FRAC_1_PI))
+            }
+            _ => None,
+        }
+    }
+
     /// A world direction by importance; `None` absorbs the path.
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         let mut sample = self.bsdf.sample(self.local_view, u)?;

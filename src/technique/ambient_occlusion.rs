@@ -164,6 +164,10 @@ impl Technique for AmbientOcclusion {
         self.directions.len() as u64
     }
 
+    fn bytes_per_record(&self) -> u64 {
+        4 + 8 * self.directions.len().div_ceil(64) as u64
+    }
+
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
         cached::render(self, frame, contender)
     }

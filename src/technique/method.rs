@@ -97,7 +97,8 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
         summary: "no records: the function itself, estimated at every camera sample with as many \
                   rays as the records would take",
         source: "the outside contender of cached techniques: path tracing for irradiance, random \
-                 occlusion rays for ambient occlusion",
+                 occlusion rays for ambient occlusion, one virtual light by its power for \
+                 importance",
         bias: Bias::Unbiased,
         failures: &["noise falls with the square root of the rays only"],
         parameters: &[Parameter {
@@ -108,6 +109,10 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                       reach those of evaluating the budget's records, measured on 64 of them",
         }],
     },
-    techniques: &["ambient-occlusion", "irradiance-caching"],
+    techniques: &[
+        "ambient-occlusion",
+        "irradiance-caching",
+        "importance-caching",
+    ],
     build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
 };

@@ -9,6 +9,7 @@ pub mod cached;
 mod distribution;
 pub mod environment_lighting;
 mod frame;
+pub mod importance_caching;
 pub mod irradiance_caching;
 mod method;
 mod per_sample;
@@ -50,6 +51,11 @@ pub trait Technique: Send + Sync {
     /// Rays of one sample of the reference, for cost estimates.
     fn rays_per_reference_sample(&self) -> u64 {
         1 + self.rays_per_evaluation()
+    }
+
+    /// Bytes that a record takes, for estimates of memory; 0 where there are no records.
+    fn bytes_per_record(&self) -> u64 {
+        0
     }
 
     /// Renders one contender.

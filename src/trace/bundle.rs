@@ -16,7 +16,7 @@ use std::arch::x86_64::*;
 
 use super::Hit;
 use super::query::{Bundle, Scratch, Waiting};
-use super::single::{self, Beam, nearest_lane};
+use super::single::{self, nearest_lane};
 use super::tile::{Order, Relative, TILE, Tile, bits, reach_squared};
 use super::vector::{Seen, Vec3x8};
 use super::wide::{LEAF, WideTree};
@@ -79,7 +79,7 @@ fn occluded_tile(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
             }
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
-                let beam = Beam::new(&tile.ray(k));
+                let beam = tile.beam(k);
                 if single::occluded(tree, &beam, child, &mut scratch.children) {
                     alive ^= 1 << k;
                 }
@@ -144,7 +144,7 @@ fn closest_tile(tree: &WideTree, tile: &mut Tile, scratch: &mut Scratch) -> [Opt
             reach = tile.shorten(&best, rays);
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
-                let beam = Beam::new(&tile.ray(k));
+                let beam = tile.beam(k);
                 single::closest(tree, &beam, child, &mut scratch.sorted, &mut best[k]);
             }
             reach = tile.shorten(&best, rays);

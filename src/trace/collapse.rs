@@ -18,6 +18,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
 
+use super::memory::settled;
 use super::wide::{Block, Features, LEAF, Node, WideTree};
 
 /// Cost of a block of triangles in units of a node. Anything between 0.4 and 1.2 does as well.
@@ -39,8 +40,8 @@ pub fn collapse(tree: &Bvh2, triangles: &[Triangle], features: Features) -> Wide
     let (nodes, blocks, stack_entries) = emit(&Plan::new(tree, area), corners);
     WideTree {
         _features: features,
-        nodes,
-        blocks,
+        nodes: settled(nodes),
+        blocks: settled(blocks),
         stack_entries,
     }
 }

@@ -17,6 +17,8 @@ mod bundle;
 #[cfg(target_arch = "x86_64")]
 mod collapse;
 #[cfg(target_arch = "x86_64")]
+mod memory;
+#[cfg(target_arch = "x86_64")]
 mod single;
 #[cfg(target_arch = "x86_64")]
 mod tile;

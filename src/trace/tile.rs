@@ -5,7 +5,7 @@ use std::arch::x86_64::*;
 use glam::Vec3;
 
 use super::query::Bundle;
-use super::single::reciprocal;
+use super::single::{Beam, reciprocal};
 use super::vector::{load, store};
 use super::wide::Node;
 use super::{Hit, Ray};
@@ -150,11 +150,16 @@ impl<'a> Tile<'a> {
         entering & rays
     }
 
-    pub fn ray(&self, k: usize) -> Ray {
-        Ray {
+    /// A ray that goes on alone.
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn beam(&self, k: usize) -> Beam {
+        let ray = Ray {
             t_max: self.bundle.t_max,
             ..Ray::new(self.bundle.origin, self.directions[k])
-        }
+        };
+        let scale = |axis: usize| self.scale[axis][k / 8][k % 8];
+        Beam::with_scale(&ray, [scale(0), scale(1), scale(2)])
     }
 }
 

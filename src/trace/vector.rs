@@ -31,6 +31,21 @@ pub fn store(value: __m256) -> [f32; 8] {
     row
 }
 
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn load_bits(row: &[u32; 8]) -> __m256i {
+    // SAFETY: the reference covers the 32 bytes read; the load has no alignment demand.
+    unsafe { _mm256_loadu_si256(row.as_ptr().cast()) }
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+pub fn store_bits(row: &mut [u32], value: __m256i) {
+    assert!(row.len() >= 8);
+    // SAFETY: `row` covers the 32 bytes written; the store has no alignment demand.
+    unsafe { _mm256_storeu_si256(row.as_mut_ptr().cast(), value) }
+}
+
 impl Vec3x8 {
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]

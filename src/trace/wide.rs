@@ -89,7 +89,8 @@ impl RayTree for WideTree {
 
     fn scratch(&self) -> Scratch {
         Scratch {
-            children: vec![0; self.stack_entries],
+            // A push writes eight entries, whatever it needs.
+            children: vec![0; self.stack_entries + 8],
             sorted: vec![0; self.stack_entries],
             tiles: vec![Waiting::default(); self.stack_entries],
         }

@@ -227,6 +227,11 @@ impl Technique for IrradianceCaching {
         5 * self.directions.len() as u64
     }
 
+    fn bytes_per_record(&self) -> u64 {
+        // Irradiance and normal, and the luminance of each direction in half precision.
+        24 + 2 * self.directions.len() as u64
+    }
+
     fn rays_per_reference_sample(&self) -> u64 {
         6
     }

@@ -48,13 +48,12 @@ impl ShadingFunction for LayerPaths<'_> {
         let frame = self.frame;
         let mut non_finite = 0;
         for (pixel, value) in (first_pixel..).zip(out) {
-            let rgb = match frame.look(caster, pixel, pass % frame.spp) {
-                Some(seen) => seen.throughput * self.shaded(caster, &seen, pass),
-                None if self.direct => {
-                    let ray = frame.camera_ray(pixel, pass % frame.spp);
-                    frame.paths.lights().environment(ray.direction)
+            let rgb = match frame.look_out(caster, pixel, pass % frame.spp) {
+                Ok(seen) => seen.throughput * self.shaded(caster, &seen, pass),
+                Err(missed) if self.direct => {
+                    missed.throughput * frame.paths.lights().environment(missed.direction)
                 }
-                None => Vec3::ZERO,
+                Err(_) => Vec3::ZERO,
             };
             if rgb.is_finite() {
                 *value = rgb.into();

@@ -1,0 +1,154 @@
+//! What needs no records: the sum over all lights, one light at random, and the background.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::records::receiver;
+use crate::image::Image;
+use crate::sample::Rng;
+use crate::shade::{Gathering, VirtualLights};
+use crate::technique::{Frame, ShadingFunction};
+use crate::trace::{Caster, RayCounter};
+
+/// Keys the choice of lights without records.
+const STREAM: u64 = 0x6f6e_656c_6967;
+
+/// The reference: all lights at every sample.
+pub struct AllLights<'a> {
+    frame: &'a Frame<'a>,
+    lights: VirtualLights<'a>,
+}
+
+impl<'a> AllLights<'a> {
+    pub fn new(frame: &'a Frame<'a>, lights: VirtualLights<'a>) -> Self {
+        Self { frame, lights }
+    }
+}
+
+impl ShadingFunction for AllLights<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, sample): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let mut gathering = Gathering::default();
+        let mut broken = 0;
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let Some(seen) = self.frame.look(caster, pixel, sample) else {
+                *value = background(self.frame, caster, (pixel, sample)).into();
+                continue;
+            };
+            let to = receiver(self.frame, &seen);
+            let (sum, non_finite) = self.lights.sum(caster, &to, &mut gathering);
+            let emitted = self.frame.paths.lights().emitted(&to.at);
+            *value = ((emitted + sum) * seen.throughput).into();
+            broken += non_finite;
+        }
+        broken
+    }
+}
+
+/// The contender without records: one light at random, by its power.
+pub struct OneLight<'a> {
+    frame: &'a Frame<'a>,
+    lights: VirtualLights<'a>,
+    /// Running sums of the lights' powers.
+    sums: Vec<f64>,
+    seed: u64,
+}
+
+impl<'a> OneLight<'a> {
+    pub fn new(frame: &'a Frame<'a>, lights: VirtualLights<'a>, seed: u64) -> Self {
+        let powers = lights.powers();
+        let sums = powers
+            .iter()
+            .scan(0.0, |sum, &power| {
+                *sum += f64::from(power);
+                Some(*sum)
+            })
+            .collect();
+        Self {
+            frame,
+            lights,
+            sums,
+            seed,
+        }
+    }
+
+    /// A light and the reciprocal of its probability.
+    fn choose(&self, rng: &mut Rng) -> Option<(usize, f32)> {
+        let total = *self.sums.last()?;
+        let target = rng.next_f64() * total;
+        let light = self.sums.partition_point(|&s| s <= target);
+        let light = light.min(self.sums.len() - 1);
+        let before = if light == 0 {
+            0.0
+        } else {
+            self.sums[light - 1]
+        };
+        Some((light, (total / (self.sums[light] - before)) as f32))
+    }
+}
+
+impl ShadingFunction for OneLight<'_> {
+    fn pixels(
+        &self,
+        caster: &Caster,
+        (first_pixel, pass): (u32, u32),
+        out: &mut [[f32; 3]],
+    ) -> u64 {
+        let frame = self.frame;
+        let mut broken = 0;
+        for (pixel, value) in (first_pixel..).zip(out) {
+            let sample = pass % frame.spp;
+            let Some(seen) = frame.look(caster, pixel, sample) else {
+                *value = background(frame, caster, (pixel, sample)).into();
+                continue;
+            };
+            let to = receiver(frame, &seen);
+            let mut sum = frame.paths.lights().emitted(&to.at);
+            let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(pass));
+            if let Some((light, factor)) = self.choose(&mut rng) {
+                let lit = self.lights.unoccluded(&to, light);
+                if lit != Vec3::ZERO && !caster.occluded(&self.lights.shadow_ray(&to, light)) {
+                    sum += lit * factor;
+                }
+            }
+            let sum = sum * seen.throughput;
+            if sum.is_finite() {
+                *value = sum.into();
+            } else {
+                broken += 1;
+            }
+        }
+        broken
+    }
+}
+
+/// The environment where a camera sample sees no surface, through mirrors and glass as well.
+fn background(frame: &Frame, caster: &Caster, (pixel, sample): (u32, u32)) -> Vec3 {
+    match frame.look_out(caster, pixel, sample) {
+        Ok(_) => Vec3::ZERO,
+        Err(missed) => missed.throughput * frame.paths.lights().environment(missed.direction),
+    }
+}
+
+/// Adds the environment to an image of surfaces.
+pub fn add_background(frame: &Frame, image: &mut Image) {
+    if frame.scene.environment.is_none() {
+        return;
+    }
+    let counter = RayCounter::default();
+    let rows = image.pixels.par_chunks_mut(frame.width).enumerate();
+    rows.for_each(|(y, row)| {
+        let caster = frame.tracer.caster(&counter);
+        for (pixel, value) in (y as u32 * frame.width as u32..).zip(row) {
+            let samples = (0..frame.spp).filter(|&s| frame.look(&caster, pixel, s).is_none());
+            let sum: Vec3 = samples
+                .map(|s| background(frame, &caster, (pixel, s)))
+                .sum();
+            *value = (Vec3::from(*value) + sum / frame.spp as f32).into();
+        }
+    });
+}
