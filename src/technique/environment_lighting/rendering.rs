@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::super::{Contender, Rendered, Seen, Stages};
 use super::Parameters;
-use super::illumination::{Illumination, Parallel, Point};
+use super::illumination::{Illumination, Parallel};
 use super::multiple::{MultipleImportance, Samples};
 use super::upsampling::{Feature, Grid, Upsampled, upsample};
 use crate::environment::{EnvironmentSampler, LightKind, LightSampler, LightSet};
@@ -35,10 +35,10 @@ pub(super) fn render(
                     illumination,
                     &counter,
                     &|caster, pixel, sample| match illumination.point(caster, pixel, sample) {
-                        Point::Surface(at, seen) => {
+                        Ok((at, seen)) => {
                             seen.throughput * estimator.radiance(caster, &at, [pixel, sample])
                         }
-                        Point::Background(radiance) => radiance,
+                        Err(radiance) => radiance,
                     },
                 )
             });
@@ -157,12 +157,12 @@ impl Global<'_> {
             self.illumination,
             self.counter,
             &|caster, pixel, sample| match self.illumination.point(caster, pixel, sample) {
-                Point::Surface(at, seen) => {
+                Ok((at, seen)) => {
                     let position = [pixel as usize % width, pixel as usize / width];
                     let lights = &sets[set_of(position, sample, sets.len())];
                     seen.throughput * self.illumination.lit(caster, &at, lights)
                 }
-                Point::Background(radiance) => radiance,
+                Err(radiance) => radiance,
             },
         )
     }
@@ -223,8 +223,8 @@ impl Global<'_> {
                 for (x, out) in row.iter_mut().enumerate() {
                     let pixel = (y * frame.width + x) as u32;
                     let (at, seen) = match illumination.point(&caster, pixel, sample) {
-                        Point::Surface(at, seen) => (at, seen),
-                        Point::Background(radiance) => {
+                        Ok(surface) => surface,
+                        Err(radiance) => {
                             out.direct = radiance;
                             continue;
                         }

@@ -2,7 +2,7 @@
 
 use super::super::Contender;
 use super::Parameters;
-use super::illumination::{Illumination, Point};
+use super::illumination::Illumination;
 use super::rendering::set_of;
 use crate::environment::EnvironmentSampler;
 use crate::trace::RayCounter;
@@ -34,11 +34,11 @@ pub(super) fn replay(
     };
     for sample in 0..frame.spp {
         let (at, seen) = match illumination.point(&caster, pixel, sample) {
-            Point::Background(radiance) => {
+            Err(radiance) => {
                 lines.push(format!("sample {sample}: background {radiance}"));
                 continue;
             }
-            Point::Surface(at, seen) => (at, seen),
+            Ok(surface) => surface,
         };
         lines.push(format!(
             "sample {sample}: position {:?} normal {} depth {}",
