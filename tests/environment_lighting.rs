@@ -358,13 +358,8 @@ fn upsampling_serves_every_surface() {
         }
     }
     assert!((mean(&low.image) / mean(&exact) - 1.0).abs() < 0.15);
-    for key in ["upsampling_fallbacks", "upsampling_underflows"] {
-        let found = low.found.iter().find(|(k, _)| *k == key);
-        assert!(
-            found.is_some_and(|(_, share)| (0.0..=1.0).contains(share)),
-            "{key}"
-        );
-    }
+    let found = low.found.iter().find(|(k, _)| *k == "upsampling_fallbacks");
+    assert!(found.is_some_and(|(_, share)| (0.0..=1.0).contains(share)));
 }
 
 #[test]

@@ -7,6 +7,7 @@
 mod exposure;
 mod illumination;
 mod multiple;
+mod reduced;
 mod rendering;
 mod replay;
 mod upsampling;
