@@ -9,6 +9,8 @@ use crate::trace::RayCounter;
 
 /// Records whose cost tells what the budget's records would take.
 const MEASURED: usize = 64;
+/// The golden ratio less 1.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Passes end here however cheap they are.
 const MOST_PASSES: u32 = 1 << 16;
 
@@ -57,13 +59,15 @@ pub(super) fn render(
     Ok(rendered)
 }
 
-/// Rays that the budget's records would take: the mean of records spread evenly over the view. The
+/// Rays that the budget's records would take: the mean of records spread over the view by the golden
+/// ratio (an even stride may run along a column of pixels). The
 /// camera rays of shading points and of the image are not counted.
 fn rays_of_records(technique: &dyn CachedTechnique, frame: &Frame, contender: &Contender) -> u64 {
     let points = shading_points(frame, &RayCounter::default());
     let count = MEASURED.min(points.len());
+    let place = |i: usize| (i as f64 * GOLDEN).fract() * points.len() as f64;
     let sites: Vec<RecordSite> = (0..count)
-        .map(|i| RecordSite::of(&points, (i * points.len() / count) as u32))
+        .map(|i| RecordSite::of(&points, place(i) as u32))
         .collect();
     let counter = RayCounter::default();
     let (mut records, _) = technique.function(frame, contender.seed);
