@@ -124,10 +124,12 @@ fn every_shipped_config_plans() {
         repository("configs/stability.toml"),
         repository("configs/stability-importance-caching.toml"),
     ];
-    for entry in fs::read_dir(repository("configs/cache-placement")).expect("configs") {
-        configs.push(entry.expect("entry").path().display().to_string());
+    for folder in ["configs/cache-placement", "configs/environment"] {
+        for entry in fs::read_dir(repository(folder)).expect("configs") {
+            configs.push(entry.expect("entry").path().display().to_string());
+        }
     }
-    assert!(configs.len() >= 9);
+    assert!(configs.len() >= 15);
     for config in configs {
         let output = place.lightbench(&["plan", &config]);
         assert_eq!(output.code, 0, "{config}: {}", output.err);

@@ -285,17 +285,17 @@ impl LightSampler for Decomposition {
         self.reduction
     }
 
-    /// N + M / r² ≤ rays.
-    fn affordable(&self, map: &Environment, rays: usize) -> usize {
-        let block = self.reduction * self.reduction;
-        if block == 1 || rays == 0 {
+    /// The most lights with N + cost · M ≤ rays.
+    fn affordable(&self, map: &Environment, rays: usize, indirect_cost: f64) -> usize {
+        if indirect_cost >= 1.0 || rays == 0 {
             return rays;
         }
         let classes = self.classify(&Texels::new(map));
         let fits = |count: &usize| {
             let direct = classes.split(*count, self.parameters.clamp_sr);
-            direct * block + (count - direct) <= rays * block
+            direct as f64 + (count - direct) as f64 * indirect_cost <= rays as f64
         };
-        (1..=rays * block).rev().find(fits).unwrap_or(rays)
+        let most = (rays as f64 / indirect_cost.max(1e-3)) as usize;
+        (rays..=most).rev().find(fits).unwrap_or(rays)
     }
 }

@@ -118,8 +118,9 @@ pub trait LightSampler: Send + Sync {
         1
     }
 
-    /// The number of lights whose shading costs at most `rays` shadow rays a pixel.
-    fn affordable(&self, _map: &Environment, rays: usize) -> usize {
+    /// The number of lights whose shading costs at most `rays` shadow rays a pixel, when an indirect
+    /// one costs `indirect_cost`, in (0, 1]; at least one as long as there are rays.
+    fn affordable(&self, _map: &Environment, rays: usize, _indirect_cost: f64) -> usize {
         rays
     }
 }
