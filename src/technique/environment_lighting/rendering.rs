@@ -119,8 +119,7 @@ impl Global<'_> {
             indirect_cost(self.illumination, sampler.reduction(), self.counter)
         });
         let (set, versions) = rendered.stages.time("light_generation", || {
-            let count = sampler.affordable(map, contender.budget, cost);
-            let set = sampler.lights(map, count, contender.seed);
+            let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
             let Parameters {
                 interleaved_sets,
                 perturbation,

@@ -28,8 +28,7 @@ pub(super) fn replay(
         EnvironmentSampler::Lights(sampler) => {
             let map = illumination.environment;
             let cost = indirect_cost(illumination, sampler.reduction(), &counter);
-            let count = sampler.affordable(map, contender.budget, cost);
-            let set = sampler.lights(map, count, contender.seed);
+            let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
             let sets = parameters.interleaved_sets;
             set.interleaved(sets, parameters.perturbation, contender.seed)
         }
