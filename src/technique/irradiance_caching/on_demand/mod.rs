@@ -240,10 +240,13 @@ impl Overture<'_> {
         let depth = self.points.depth[point as usize];
         let size = (2.0 * half / height as f64) as f32 * depth;
         let limits = self.method.pixels.map(|pixels| pixels * size);
+        let valid = record.validity(self.method.metric);
+        if valid < limits[0] {
+            // Where the radius is not allowed to follow a steep gradient, the gradient is cut.
+            record.translation *= valid / limits[0];
+        }
         Placed {
-            radius: record
-                .validity(self.method.metric)
-                .clamp(limits[0], limits[1]),
+            radius: valid.clamp(limits[0], limits[1]),
             record,
             limits,
             point,
