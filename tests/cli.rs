@@ -123,6 +123,7 @@ fn every_shipped_config_plans() {
         repository("configs/quickstart.toml"),
         repository("configs/stability.toml"),
         repository("configs/stability-importance-caching.toml"),
+        repository("configs/stability-irradiance-caching.toml"),
     ];
     for folder in ["configs/cache-placement", "configs/environment"] {
         for entry in fs::read_dir(repository(folder)).expect("configs") {
@@ -135,6 +136,36 @@ fn every_shipped_config_plans() {
         assert_eq!(output.code, 0, "{config}: {}", output.err);
         assert!(output.out.contains("jobs"), "{}", output.out);
     }
+}
+
+#[test]
+fn a_suite_runs_its_experiments_and_collects_their_claims() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.write("other.toml", &TINY.replace("\"tiny\"", "\"other\""));
+    let suite = "name = 'both'\nset = ['repeats=1']\n[[include]]\nconfig = 'tiny.toml'\n\
+                 [[include]]\nconfig = 'other.toml'\nset = ['caches=30']\n";
+    let suite = place.write("both.toml", suite).display().to_string();
+    let out = place.path().join("out").display().to_string();
+    let first = place.lightbench(&["run", &suite, "--out", &out]);
+    assert_eq!(first.code, 0, "{}", first.err);
+    let page = fs::read_to_string(place.path().join("out/report.html")).expect("page");
+    assert!(page.matches("clustering helps").count() == 2, "{page}");
+    for (experiment, caches) in [("tiny", 60), ("other", 30)] {
+        let rows = place.path().join("out").join(experiment).join("rows.jsonl");
+        let rows = fs::read_to_string(rows).expect("rows");
+        assert_eq!(rows.lines().count(), 2, "{experiment}");
+        assert!(rows.contains(&format!("caches={caches}")), "{rows}");
+    }
+    let again = place.lightbench(&["run", &suite, "--out", &out]);
+    assert!(again.err.contains("2 jobs"), "{}", again.err);
+    let missing = place.write(
+        "broken.toml",
+        "name = 'b'\ninclude = [{ config = 'none.toml' }]\n",
+    );
+    let refused = place.lightbench(&["run", &missing.display().to_string()]);
+    assert_eq!(refused.code, 2, "{}", refused.err);
+    assert!(refused.err.contains("none.toml"), "{}", refused.err);
 }
 
 #[test]

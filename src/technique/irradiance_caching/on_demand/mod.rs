@@ -7,6 +7,8 @@
 
 mod record;
 mod store;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 
