@@ -158,7 +158,7 @@ fn a_suite_runs_its_experiments_and_collects_their_claims() {
         assert!(rows.contains(&format!("caches={caches}")), "{rows}");
     }
     let again = place.lightbench(&["run", &suite, "--out", &out]);
-    assert!(again.err.contains("2 jobs"), "{}", again.err);
+    assert!(again.err.contains("2 finished earlier"), "{}", again.err);
     let missing = place.write(
         "broken.toml",
         "name = 'b'\ninclude = [{ config = 'none.toml' }]\n",
