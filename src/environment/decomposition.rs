@@ -87,6 +87,7 @@ const FAILURES: &[&str] = &[
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "decomposition",
+        module: include_str!("decomposition.rs"),
         aliases: &["ours"],
         summary: "lights on emissive texels, and others shaded at half the resolution",
         source: "Wu 2024, section 3",
@@ -101,6 +102,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
 pub const FULL_RESOLUTION: SamplerEntry = SamplerEntry {
     about: About {
         id: "decomposition-full-resolution",
+        module: include_str!("decomposition.rs"),
         aliases: &["ours-without-upsampling"],
         summary: "the lights of the decomposition, all shaded at full resolution",
         source: "Wu 2024, section 4, Ours (w/o U)",
@@ -221,18 +223,24 @@ impl Decomposition {
     }
 }
 
-/// *differs:* masking angles and exclusion are radians of the printed s·4π/K; excluded texels leave
-/// before powers and centroids are taken, and their light, as that of emissive texels for which no
-/// sample was left, goes to EnvIndirects; masked texels do not count in a node's extent.
-impl LightSampler for Decomposition {
-    fn lights(&self, map: &Environment, count: usize, seed: u64) -> LightSet {
-        if count == 0 {
+/// How many lights.
+#[derive(Clone, Copy)]
+struct Count {
+    /// K, which is split between both kinds.
+    split: usize,
+    /// Indirect lights for each that is left of K after the direct ones.
+    indirect_factor: f64,
+}
+
+impl Decomposition {
+    fn light_set(&self, map: &Environment, count: Count, seed: u64) -> LightSet {
+        if count.split == 0 {
             return LightSet::default();
         }
         let p = &self.parameters;
         let texels = Texels::new(map);
         let classes = self.classify(&texels);
-        let wanted = classes.split(count, p.clamp_sr);
+        let wanted = classes.split(count.split, p.clamp_sr);
         let Directs {
             mut lights,
             kept,
@@ -241,7 +249,7 @@ impl LightSampler for Decomposition {
             &texels,
             &classes.emissive,
             (wanted, seed),
-            &self.steps(count),
+            &self.steps(count.split),
         );
         let found = lights.len();
         let mut masked = vec![false; texels.luminance.len()];
@@ -258,7 +266,8 @@ impl LightSampler for Decomposition {
             extent: p.extent_weight,
             energy: p.energy_weight,
         };
-        lights.extend(indirects(&texels, rest, count - found, weights));
+        let left = (count.split - found) as f64 * count.indirect_factor;
+        lights.extend(indirects(&texels, rest, left as usize, weights));
         let mut set = LightSet {
             found: vec![
                 ("threshold", classes.threshold),
@@ -278,22 +287,35 @@ impl LightSampler for Decomposition {
         }
         set.turned(map.to_world())
     }
+}
+
+/// *differs:* masking angles and exclusion are radians of the printed s·4π/K; excluded texels leave
+/// before powers and centroids are taken, and their light, as that of emissive texels for which no
+/// sample was left, goes to EnvIndirects; masked texels do not count in a node's extent. What shading
+/// at half the resolution saves of K full-resolution lights is spent on more EnvIndirects.
+impl LightSampler for Decomposition {
+    fn lights(&self, map: &Environment, count: usize, seed: u64) -> LightSet {
+        let count = Count {
+            split: count,
+            indirect_factor: 1.0,
+        };
+        self.light_set(map, count, seed)
+    }
 
     fn reduction(&self) -> usize {
         self.reduction
     }
 
-    /// N + M / r² ≤ rays.
-    fn affordable(&self, map: &Environment, rays: usize) -> usize {
-        let block = self.reduction * self.reduction;
-        if block == 1 || rays == 0 {
-            return rays;
-        }
-        let classes = self.classify(&Texels::new(map));
-        let fits = |count: &usize| {
-            let direct = classes.split(*count, self.parameters.clamp_sr);
-            direct * block + (count - direct) <= rays * block
+    fn lights_within(
+        &self,
+        map: &Environment,
+        (rays, indirect_cost): (usize, f64),
+        seed: u64,
+    ) -> LightSet {
+        let count = Count {
+            split: rays,
+            indirect_factor: 1.0 / indirect_cost.clamp(1e-3, 1.0),
         };
-        (1..=rays * block).rev().find(fits).unwrap_or(rays)
+        self.light_set(map, count, seed)
     }
 }

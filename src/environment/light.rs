@@ -118,9 +118,15 @@ pub trait LightSampler: Send + Sync {
         1
     }
 
-    /// The number of lights whose shading costs at most `rays` shadow rays a pixel.
-    fn affordable(&self, _map: &Environment, rays: usize) -> usize {
-        rays
+    /// The lights whose shading costs at most `rays` shadow rays a pixel, when an indirect one costs
+    /// `indirect_cost`, in (0, 1].
+    fn lights_within(
+        &self,
+        map: &Environment,
+        (rays, _indirect_cost): (usize, f64),
+        seed: u64,
+    ) -> LightSet {
+        self.lights(map, rays, seed)
     }
 }
 

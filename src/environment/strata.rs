@@ -180,10 +180,7 @@ impl<'a> Strata<'a> {
                     let merged =
                         (x.energy + y.energy) * (x.solid_angle_sr + y.solid_angle_sr).powf(0.25);
                     let rank = (merged > EXCESS * target, x.importance() + y.importance());
-                    let better = best.is_none_or(|(known, _)| {
-                        rank.0 < known.0 || rank.0 == known.0 && rank.1 < known.1
-                    });
-                    if better {
+                    if best.is_none_or(|(known, _)| rank < known) {
                         best = Some((rank, (a, b)));
                     }
                 }

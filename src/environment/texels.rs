@@ -142,13 +142,16 @@ pub(super) fn angle_rad(a: DVec3, b: DVec3) -> f64 {
     2.0 * (0.5 * (a - b).length()).min(1.0).asin()
 }
 
+/// Gets texels and their clusters.
+pub(super) type Visit<'a> = dyn FnMut(usize, usize) + 'a;
+
 /// Lights of a partition: one for each cluster that is not black, at its energy centroid, in the
 /// map's space. `members` calls its argument with every (texel, cluster). Extents reach to the
 /// farthest texel that is not black.
 pub(super) fn lights_of_partition(
     texels: &Texels,
     count: usize,
-    members: &dyn Fn(&mut dyn FnMut(usize, usize)),
+    members: &dyn Fn(&mut Visit),
 ) -> Vec<Light> {
     let mut clusters = vec![Cluster::default(); count];
     members(&mut |texel, cluster| clusters[cluster].add(texels, texel));

@@ -10,6 +10,7 @@ use crate::registry::{About, Bias, SamplerEntry, parameters};
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "variance-minimization",
+        module: include_str!("variance_minimization.rs"),
         aliases: &["vm"],
         summary: "rectangles cut where the larger variance of both parts is least",
         source: "Viriyothai & Debevec 2009",
@@ -112,11 +113,11 @@ impl Cutting for VarianceMinimization {
         // Cuts that are equally good to rounding: the most central one, of the longer side first.
         let tolerance = 1e-12 * total.second;
         let mut best: Option<(f64, [usize; 2], (usize, usize))> = None;
-        for axis in 0..2 {
+        for (axis, line) in lines.iter().enumerate() {
             let mut below = Moments::default();
-            let length = lines[axis].len();
+            let length = line.len();
             for cut in 1..length {
-                below.add(&lines[axis][cut - 1]);
+                below.add(&line[cut - 1]);
                 let worse = below.variance().max(total.without(&below).variance());
                 let rank = [usize::from(axis != longer), (2 * cut).abs_diff(length)];
                 let better = best.is_none_or(|(least, other, _)| {

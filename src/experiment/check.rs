@@ -1,5 +1,6 @@
 //! What a config says about rows, checked before the first ray: claims, gates, tables, figures.
 
+use super::claim::EVERY_SCENE;
 use super::config::{Config, ConfigError, Source};
 use super::expression::Expression;
 use super::row::NUMBER_COLUMNS;
@@ -61,7 +62,7 @@ impl Names<'_> {
                 None => self.label(label)?,
                 Some((label, scene)) => {
                     self.label(label)?;
-                    if !self.scenes.iter().any(|s| s == scene) {
+                    if scene != EVERY_SCENE && !self.scenes.iter().any(|s| s == scene) {
                         return Err(format!(
                             "no scene is called `{scene}`; there are: {}",
                             self.scenes.join(", ")

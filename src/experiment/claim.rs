@@ -34,7 +34,11 @@ pub struct Judged {
     pub repeats: usize,
 }
 
-/// Judges an expression for every scene (of `scenes`, or all) and swept value.
+/// `LABEL@*` is the mean of a contender over the scenes.
+pub const EVERY_SCENE: &str = "*";
+
+/// Judges an expression for every scene (of `scenes`, or all) and swept value; one that speaks of
+/// means over scenes alone is judged once for each swept value.
 pub fn judge(expression: &Expression, rows: &[Row], scenes: &[String]) -> Vec<Judged> {
     let about = |row: &Row| {
         scenes.is_empty()
@@ -43,15 +47,22 @@ pub fn judge(expression: &Expression, rows: &[Row], scenes: &[String]) -> Vec<Ju
                 .any(|s| *s == row.scene || row.paper.as_deref() == Some(s))
     };
     let mut groups: Vec<(String, String)> = Vec::new();
+    let names = expression.names();
+    let of_every = |(_, label): &(&str, &str)| label.ends_with("@*");
+    let means = !names.is_empty() && names.iter().all(of_every);
     for row in rows.iter().filter(|r| about(r)) {
-        let group = (row.scene.clone(), sweep_text(row));
+        let scene = match means {
+            true => EVERY_SCENE.to_owned(),
+            false => row.scene.clone(),
+        };
+        let group = (scene, sweep_text(row));
         if !groups.contains(&group) {
             groups.push(group);
         }
     }
     groups
         .into_iter()
-        .map(|(scene, at)| judge_group(expression, rows, (scene, at)))
+        .map(|group| judge_group(expression, (rows, &about), group))
         .collect()
 }
 
@@ -68,26 +79,35 @@ pub fn sweep_text(row: &Row) -> String {
     parts.join(" ")
 }
 
-/// `LABEL` is a contender on the group's scene, `LABEL@SCENE` one on another scene, at the same
-/// swept values and seed.
-fn judge_group(expression: &Expression, rows: &[Row], (scene, at): (String, String)) -> Judged {
-    let find = |label: &str, seed: u64| {
+/// `LABEL` is a contender on the group's scene, `LABEL@SCENE` one on another scene and `LABEL@*` the
+/// mean over the scenes that `about` admits, at the same swept values and seed.
+fn judge_group(
+    expression: &Expression,
+    (rows, about): (&[Row], &dyn Fn(&Row) -> bool),
+    (scene, at): (String, String),
+) -> Judged {
+    let value = |column: &str, label: &str, seed: u64| {
         let (label, scene) = label.split_once('@').unwrap_or((label, &scene));
-        rows.iter().find(|r| {
-            r.ok() && r.seed == seed && r.label == label && r.scene == scene && sweep_text(r) == at
-        })
+        let mut values = rows
+            .iter()
+            .filter(|r| r.ok() && r.seed == seed && r.label == label && sweep_text(r) == at)
+            .filter(|r| r.scene == scene || scene == EVERY_SCENE && about(r))
+            .map(|r| r.number(column));
+        if scene != EVERY_SCENE {
+            return values.next()?;
+        }
+        let values: Vec<f64> = values.collect::<Option<_>>()?;
+        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
     };
-    let of_group = rows
-        .iter()
-        .filter(|r| r.scene == scene && sweep_text(r) == at);
+    let in_group = |r: &&Row| (r.scene == scene || scene == EVERY_SCENE) && sweep_text(r) == at;
+    let of_group = rows.iter().filter(in_group);
     let mut seeds: Vec<u64> = of_group.map(|r| r.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
     let sides: Vec<(f64, f64)> = seeds
         .iter()
         .filter_map(|&seed| {
-            let measured =
-                expression.measure(&|column, label| find(label, seed)?.number(column))?;
+            let measured = expression.measure(&|column, label| value(column, label, seed))?;
             Some((measured.smaller, measured.larger))
         })
         .collect();
@@ -149,6 +169,27 @@ mod tests {
     fn verdict(rows: &[Row]) -> Verdict {
         let expression = Expression::parse("rmse(A) < rmse(B)").expect("parses");
         overall(&judge(&expression, rows, &[]))
+    }
+
+    #[test]
+    fn means_over_scenes_are_judged_once() {
+        let on = |scene: &str, row: Row| Row {
+            scene: scene.into(),
+            ..row
+        };
+        let rows = [
+            on("s", row("A", 1, 0.3)),
+            on("s", row("B", 1, 0.2)),
+            on("t", row("A", 1, 0.1)),
+            on("t", row("B", 1, 0.6)),
+        ];
+        let expression = Expression::parse("rmse(A@*) < rmse(B@*)").expect("parses");
+        let judged = judge(&expression, &rows, &[]);
+        assert_eq!(judged.len(), 1);
+        assert_eq!(judged[0].verdict, Verdict::Holds);
+        assert!((judged[0].smaller - 0.2).abs() < 1e-12 && (judged[0].larger - 0.4).abs() < 1e-12);
+        let on_s = judge(&expression, &rows, &["s".into()]);
+        assert_eq!(on_s[0].verdict, Verdict::DoesNotHold);
     }
 
     #[test]

@@ -186,7 +186,8 @@ pub struct TableSpec {
     pub name: String,
     #[serde(default)]
     pub title: String,
-    /// `methods` (one line a method, columns scene × metric), `stages` (one line a stage, columns
+    /// `methods` (one line a method, columns scene × metric), `averages` (one line a method, means over
+    /// the scenes and mean ranks; `[[published]]` numbers of scene `*` stand beside), `stages` (one line a stage, columns
     /// scene × method), `sweep` (one line a method, columns the swept values).
     #[serde(default = "methods_kind")]
     pub kind: TableKind,
@@ -199,6 +200,7 @@ pub struct TableSpec {
 #[serde(rename_all = "kebab-case")]
 pub enum TableKind {
     Methods,
+    Averages,
     Stages,
     Sweep,
 }

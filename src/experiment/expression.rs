@@ -7,7 +7,8 @@
 //! factor     = number | "(" sum ")" | ("min" | "max") "(" sum ("," sum)* ")" | column "(" LABEL ")"
 //! ```
 //! `rmse(VGC+DGS) < 0.95 * min(rmse(SD), rmse(IM))`: labels are those of the config (`LABEL@SCENE`
-//! for another scene than the one at hand), columns those of `rows.csv`.
+//! for another scene than the one at hand, `LABEL@*` for the mean over all scenes), columns those of
+//! `rows.csv`.
 
 /// A parsed comparison.
 #[derive(Clone, Debug, PartialEq)]

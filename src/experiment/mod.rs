@@ -16,7 +16,7 @@ mod run;
 mod store;
 mod suite;
 
-pub use claim::{Judged, Verdict, judge, overall};
+pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
 pub use config::{
     ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published, Scale,
     SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,

@@ -88,7 +88,9 @@ fn judge_one(
 }
 
 fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
-    let scene = data.scenes.iter().find(|s| s.name == judged.scene);
+    let all = SceneOf::all();
+    let scenes = data.scenes.iter().chain([&all]);
+    let scene = scenes.into_iter().find(|s| s.name == judged.scene);
     let point = data.points.iter().find(|p| p.text() == judged.at);
     let (verdict, class) = words(judged.verdict);
     let there = judged.verdict != Verdict::NoData;
@@ -136,8 +138,11 @@ fn paper_sides(
     expression: &Expression,
     (scene, point): (&SceneOf, &SweepPoint),
 ) -> Option<String> {
-    let measured =
-        expression.measure(&|column, label| data.published(scene, (label, point), column))?;
+    let value = |column: &str, label: &str| {
+        let label = label.strip_suffix("@*").unwrap_or(label);
+        data.published(scene, (label, point), column)
+    };
+    let measured = expression.measure(&value)?;
     Some(sides(measured.smaller, measured.larger))
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::estimate::Estimate;
-use crate::experiment::{Config, Job, Plan, Row, Store};
+use crate::experiment::{Config, EVERY_SCENE, Job, Plan, Row, Store};
 
 /// Everything a report is made of, but the images.
 pub struct Data {
@@ -37,6 +37,16 @@ pub struct SceneOf {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepPoint {
     pub values: Vec<(String, Value)>,
+}
+
+impl SceneOf {
+    /// Stands for the mean over all scenes.
+    pub fn all() -> Self {
+        Self {
+            name: EVERY_SCENE.into(),
+            paper: None,
+        }
+    }
 }
 
 impl SweepPoint {
@@ -168,12 +178,34 @@ impl Data {
     /// Mean and interval of a column over the repeats of a case; values that are missing or not
     /// finite are left out. `None` when nothing is left.
     pub fn estimate(&self, case: Case, column: &str) -> Option<Estimate> {
+        if case.scene == EVERY_SCENE {
+            return self.mean_of_scenes(case, column);
+        }
         let by_seed: BTreeMap<u64, f64> = self
             .rows_of(case)
             .filter_map(|row| Some((row.seed, row.number(column)?)))
             .filter(|(_, value)| value.is_finite())
             .collect();
         Estimate::new(by_seed)
+    }
+
+    /// For each seed the mean over the scenes, as long as all of them have a value.
+    fn mean_of_scenes(&self, case: Case, column: &str) -> Option<Estimate> {
+        let estimates: Vec<Estimate> = self
+            .scenes
+            .iter()
+            .map(|scene| {
+                let scene = &scene.name;
+                self.estimate(Case { scene, ..case }, column)
+            })
+            .collect::<Option<_>>()?;
+        let seeds = estimates.first()?.by_seed.keys();
+        let mean = |seed: &u64| {
+            let values = estimates.iter().map(|e| e.by_seed.get(seed).copied());
+            let values: Vec<f64> = values.collect::<Option<_>>()?;
+            Some((*seed, values.iter().sum::<f64>() / values.len() as f64))
+        };
+        Estimate::new(seeds.filter_map(mean).collect())
     }
 
     /// The experiment's title, or its name.
@@ -223,6 +255,9 @@ impl Data {
 impl SceneOf {
     /// The name, with the paper's where it differs.
     pub fn title(&self) -> String {
+        if self.name == EVERY_SCENE {
+            return "Mean of all scenes".into();
+        }
         match &self.paper {
             Some(paper) if !paper.eq_ignore_ascii_case(&self.name) => {
                 format!("{} ({paper})", self.name)

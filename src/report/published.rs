@@ -1,7 +1,7 @@
 //! The paper's numbers, found for our cells.
 
 use super::data::{Data, SceneOf, SweepPoint};
-use crate::experiment::Published;
+use crate::experiment::{EVERY_SCENE, Published};
 
 impl Data {
     /// The paper's number for a column of a method in a scene at a swept value.
@@ -44,7 +44,7 @@ impl Data {
     pub fn unplaced(&self) -> Vec<String> {
         let placed = |p: &Published| {
             self.labels.contains(&p.method)
-                && self.scenes.iter().any(|s| is_scene(p, s))
+                && (p.scene == EVERY_SCENE || self.scenes.iter().any(|s| is_scene(p, s)))
                 && self.points.iter().any(|point| self.is_point(p, point))
         };
         self.config

@@ -12,12 +12,13 @@ use crate::experiment::{TableKind, TableSpec};
 pub fn all(data: &Data) -> Vec<Table> {
     let specs = &data.config.table;
     if specs.is_empty() {
-        return vec![methods(data, &errors())];
+        return vec![overview(data, &errors())];
     }
     specs
         .iter()
         .map(|spec| match spec.kind {
-            TableKind::Methods => methods(data, spec),
+            TableKind::Methods => methods(data, spec, &data.scenes),
+            TableKind::Averages => averages(data, spec),
             TableKind::Stages => stages(data, spec),
             TableKind::Sweep => sweep(data, spec),
         })
@@ -42,7 +43,7 @@ pub fn costs(data: &Data) -> Table {
         "bytes_peak",
         "seconds_total",
     ];
-    methods(
+    overview(
         data,
         &TableSpec {
             name: "costs".into(),
@@ -51,6 +52,23 @@ pub fn costs(data: &Data) -> Table {
             metrics: metrics.map(String::from).to_vec(),
         },
     )
+}
+
+/// Most scenes that stand side by side where the config does not say how.
+const MOST_SCENES: usize = 12;
+
+/// Every scene, or the means of many.
+fn overview(data: &Data, spec: &TableSpec) -> Table {
+    if data.scenes.len() > MOST_SCENES {
+        averages(data, spec)
+    } else {
+        methods(data, spec, &data.scenes)
+    }
+}
+
+/// One line a method, the mean over all scenes and the mean rank of each metric.
+fn averages(data: &Data, spec: &TableSpec) -> Table {
+    methods(data, spec, &[SceneOf::all()])
 }
 
 /// A column and the way its numbers are written all over a table.
@@ -154,14 +172,14 @@ fn theirs(value: Option<f64>, style: &Style) -> Cell {
 }
 
 /// One line a method, columns scene × metric, a block for each swept value.
-pub fn methods(data: &Data, spec: &TableSpec) -> Table {
+fn methods(data: &Data, spec: &TableSpec, scenes: &[SceneOf]) -> Table {
     let metrics: Vec<Metric> = spec
         .metrics
         .iter()
         .map(|key| Metric::new(data, key))
         .collect();
     let mut table = start(spec, "Method");
-    for scene in &data.scenes {
+    for scene in scenes {
         let mut columns = Vec::new();
         for metric in &metrics {
             columns.push(metric.heading());
@@ -181,12 +199,18 @@ pub fn methods(data: &Data, spec: &TableSpec) -> Table {
     if !ranked.is_empty() {
         table.groups.push(Group {
             heading: "Mean rank".into(),
-            columns: ranked.iter().map(|m| m.column.heading.clone()).collect(),
+            columns: ranked
+                .iter()
+                .flat_map(|m| {
+                    let beside = published_rank(data, m).map(|_| "paper".to_owned());
+                    std::iter::once(m.column.heading.clone()).chain(beside)
+                })
+                .collect(),
         });
     }
     for point in &data.points {
         let mut lines = lines_of(&data.labels);
-        for scene in &data.scenes {
+        for scene in scenes {
             for metric in &metrics {
                 let column = column_of(data, (scene, point), &metric.column, &mut table.records);
                 let beside = data.has_published(scene, &metric.column.key);
@@ -207,6 +231,17 @@ pub fn methods(data: &Data, spec: &TableSpec) -> Table {
                 .zip(mean_ranks(data, point, &metric.column))
             {
                 line.cells.push(cell);
+                if let Some(key) = published_rank(data, metric) {
+                    let all = SceneOf::all();
+                    let value = data.published(&all, (&line.heading, point), &key);
+                    line.cells.push(Cell {
+                        published: true,
+                        ..value.map_or_else(Cell::empty, |v| Cell {
+                            text: format!("{v:.2}"),
+                            ..Cell::default()
+                        })
+                    });
+                }
             }
         }
         table.blocks.push(Block {
@@ -216,6 +251,12 @@ pub fn methods(data: &Data, spec: &TableSpec) -> Table {
     }
     notes(data, &mut table);
     table
+}
+
+/// The key of the paper's mean ranks of a metric, such as `rank_rmse`, where it prints some.
+fn published_rank(data: &Data, metric: &Metric) -> Option<String> {
+    let key = format!("rank_{}", metric.column.key);
+    data.has_published(&SceneOf::all(), &key).then_some(key)
 }
 
 /// Whether a column has a best method anywhere.
@@ -447,7 +488,9 @@ fn notes(data: &Data, table: &mut Table) {
         notes.push(format!("Bold: best of its column{tied}."));
     }
     if cells.iter().any(|c| c.published) {
-        let mut places: Vec<&str> = data.scenes.iter().flat_map(|s| data.places_of(s)).collect();
+        let all = SceneOf::all();
+        let mut places: Vec<&str> = data.places_of(&all);
+        places.extend(data.scenes.iter().flat_map(|s| data.places_of(s)));
         places.sort_unstable();
         places.dedup();
         notes.push(format!(

@@ -1,9 +1,9 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::frame::look_band;
 use super::{
     Contender, Distribution, Frame, Method, PlacedRecord, Rendered, Seen, ShadingFunction, Site,
     Stages, Technique, per_sample, shading_points,
@@ -422,38 +422,12 @@ impl Shader<'_> {
         let (mut lookups, mut non_finite) = (0, 0);
         for top in (0..self.frame.height).step_by(BAND) {
             let bottom = (top + BAND).min(self.frame.height);
-            let samples = self.hits(top, bottom);
+            let samples = look_band(self.frame, self.counter, top..bottom, self.frame.spp);
             let values = self.values(&samples);
             lookups += samples.len() as u64;
             non_finite += self.film(top, &samples, &values, &mut image);
         }
         (image, lookups, non_finite)
-    }
-
-    /// Surface hits of rows `top..bottom`, in 8×8 pixel tiles so that neighbours follow each other.
-    fn hits(&self, top: usize, bottom: usize) -> Vec<Seen> {
-        const TILE: usize = 8;
-        let frame = self.frame;
-        let across = frame.width.div_ceil(TILE);
-        let down = (bottom - top).div_ceil(TILE);
-        let tiles: Vec<Vec<Seen>> = (0..across * down)
-            .into_par_iter()
-            .map(|tile| {
-                let caster = frame.tracer.caster(self.counter);
-                let (x0, y0) = (tile % across * TILE, top + tile / across * TILE);
-                let mut hits = Vec::with_capacity(TILE * TILE * frame.spp as usize);
-                for y in y0..(y0 + TILE).min(bottom) {
-                    for x in x0..(x0 + TILE).min(frame.width) {
-                        let pixel = (y * frame.width + x) as u32;
-                        for sample in 0..frame.spp {
-                            hits.extend(frame.look(&caster, pixel, sample));
-                        }
-                    }
-                }
-                hits
-            })
-            .collect();
-        tiles.into_iter().flatten().collect()
     }
 
     fn values(&self, samples: &[Seen]) -> Vec<[f32; 3]> {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::illumination::{Illumination, Point};
+use super::illumination::Illumination;
 use super::multiple::{MultipleImportance, Samples};
 use crate::image::luminance;
 use crate::trace::RayCounter;
@@ -45,7 +45,7 @@ fn surface_luminance(illumination: &Illumination) -> f64 {
             let mut sum = (0.0, 0);
             for x in &columns {
                 let pixel = (y * frame.width + x) as u32;
-                if let Point::Surface(at, seen) = illumination.point(&caster, pixel, 0) {
+                if let Ok((at, seen)) = illumination.point(&caster, pixel, 0) {
                     let radiance = seen.throughput * estimator.radiance(&caster, &at, [pixel, 0]);
                     let value = f64::from(luminance(radiance.into()));
                     if value.is_finite() {

@@ -15,13 +15,9 @@ pub(super) struct Illumination<'a> {
     pub scale: f32,
 }
 
-/// What a camera sample sees.
-pub(super) enum Point<'a> {
-    /// What a surface sends is multiplied by the throughput of mirrors and glass before it.
-    Surface(Interaction<'a>, Seen),
-    /// The exposed radiance of the map.
-    Background(Vec3),
-}
+/// What a camera sample sees: a surface, whose light is to be multiplied by the throughput of mirrors
+/// and glass before it, or else the exposed radiance of the map.
+pub(super) type Point<'a> = Result<(Interaction<'a>, Seen), Vec3>;
 
 /// A light ready for shading: direction and exposed power.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +38,8 @@ impl<'a> Illumination<'a> {
 
     pub fn point(&self, caster: &Caster, pixel: u32, sample: u32) -> Point<'_> {
         match self.frame.look_out(caster, pixel, sample) {
-            Ok(seen) => Point::Surface(self.surface(&seen), seen),
-            Err(missed) => Point::Background(missed.throughput * self.radiance(missed.direction)),
+            Ok(seen) => Ok((self.surface(&seen), seen)),
+            Err(missed) => Err(missed.throughput * self.radiance(missed.direction)),
         }
     }
 

@@ -7,6 +7,7 @@
 mod exposure;
 mod illumination;
 mod multiple;
+mod reduced;
 mod rendering;
 mod replay;
 mod upsampling;
@@ -18,13 +19,14 @@ use crate::environment::EnvironmentSampler;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::scene::{Needs, Scene};
 use crate::trace::Caster;
-use illumination::{Illumination, Point};
+use illumination::Illumination;
 use multiple::{MultipleImportance, Samples};
 
 /// The registry's entry.
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "environment-lighting",
+        module: include_str!("mod.rs"),
         aliases: &["environment"],
         summary: "direct light of an environment map, with shadows, under any sampler",
         source: "Wu 2024; Kollig & Keller 2003 for interleaved sampling",
@@ -258,11 +260,11 @@ impl ShadingFunction for Exact<'_> {
             let mut sum = glam::Vec3::ZERO;
             for sample in 0..self.spp {
                 let radiance = match illumination.point(caster, pixel, sample) {
-                    Point::Surface(at, seen) => {
+                    Ok((at, seen)) => {
                         let key = [pixel, pass * self.spp + sample];
                         seen.throughput * estimator.radiance(caster, &at, key)
                     }
-                    Point::Background(radiance) => radiance,
+                    Err(radiance) => radiance,
                 };
                 if radiance.is_finite() {
                     sum += radiance / self.spp as f32;

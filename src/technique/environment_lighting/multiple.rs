@@ -179,7 +179,7 @@ mod tests {
         let points: Vec<[f64; 3]> = (0..64).map(|i| sequence.point(i)).collect();
         for log in 0..=6 {
             let (columns, rows) = (1usize << log, 64usize >> log);
-            let mut seen = vec![false; 64];
+            let mut seen = [false; 64];
             for [_, u, v] in &points {
                 let cell = (u * columns as f64) as usize * rows + (v * rows as f64) as usize;
                 assert!(!seen[cell], "two points in a {columns}×{rows} cell");

@@ -3,11 +3,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::super::{Contender, Rendered, Seen, Stages};
+use super::super::{Contender, Rendered, Stages};
 use super::Parameters;
-use super::illumination::{Illumination, Parallel, Point};
+use super::illumination::{Illumination, Parallel};
 use super::multiple::{MultipleImportance, Samples};
-use super::upsampling::{Feature, Grid, Upsampled, upsample};
+use super::reduced::{Reduced, indirect_cost};
 use crate::environment::{EnvironmentSampler, LightKind, LightSampler, LightSet};
 use crate::image::Image;
 use crate::trace::{Caster, RayCounter};
@@ -35,10 +35,10 @@ pub(super) fn render(
                     illumination,
                     &counter,
                     &|caster, pixel, sample| match illumination.point(caster, pixel, sample) {
-                        Point::Surface(at, seen) => {
+                        Ok((at, seen)) => {
                             seen.throughput * estimator.radiance(caster, &at, [pixel, sample])
                         }
-                        Point::Background(radiance) => radiance,
+                        Err(radiance) => radiance,
                     },
                 )
             });
@@ -115,9 +115,11 @@ impl Global<'_> {
     fn render(&self, sampler: &dyn LightSampler, contender: &Contender) -> Rendered {
         let map = self.illumination.environment;
         let mut rendered = Rendered::default();
+        let cost = rendered.stages.time("upsampling", || {
+            indirect_cost(self.illumination, sampler.reduction(), self.counter)
+        });
         let (set, versions) = rendered.stages.time("light_generation", || {
-            let count = sampler.affordable(map, contender.budget);
-            let set = sampler.lights(map, count, contender.seed);
+            let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
             let Parameters {
                 interleaved_sets,
                 perturbation,
@@ -145,7 +147,12 @@ impl Global<'_> {
             rendered.image = image;
             rendered.non_finite = non_finite;
         } else {
-            self.reduced(&[full, low], sampler.reduction(), &mut rendered);
+            Reduced {
+                illumination: self.illumination,
+                counter: self.counter,
+                sets: [full, low],
+            }
+            .render(sampler.reduction(), &mut rendered);
         }
         describe(&mut rendered, set);
         rendered
@@ -157,152 +164,15 @@ impl Global<'_> {
             self.illumination,
             self.counter,
             &|caster, pixel, sample| match self.illumination.point(caster, pixel, sample) {
-                Point::Surface(at, seen) => {
+                Ok((at, seen)) => {
                     let position = [pixel as usize % width, pixel as usize / width];
                     let lights = &sets[set_of(position, sample, sets.len())];
                     seen.throughput * self.illumination.lit(caster, &at, lights)
                 }
-                Point::Background(radiance) => radiance,
+                Err(radiance) => radiance,
             },
         )
     }
-
-    /// The first sets at every pixel, the second ones at every `reduction`-th row and column, from
-    /// where their light is carried to the pixels between.
-    fn reduced(&self, sets: &[Vec<Vec<Parallel>>; 2], reduction: usize, rendered: &mut Rendered) {
-        let frame = self.illumination.frame;
-        let mut sums = vec![Vec3::ZERO; frame.pixels()];
-        let (mut fallbacks, mut underflows) = (0u64, 0u64);
-        for sample in 0..frame.spp {
-            let grid = Grid::new(frame, reduction, sample);
-            let shaded: Vec<Shaded> = rendered
-                .stages
-                .time("rendering", || self.shade(sets, &grid, sample));
-            let carried = rendered.stages.time("upsampling", || {
-                let features = self.features(&shaded);
-                let low: Vec<Vec3> = grid
-                    .pixels()
-                    .map(|pixel| shaded[pixel as usize].indirect)
-                    .collect();
-                let from_low = upsample(frame, &grid, (&features, &low));
-                self.fill_gaps(&sets[1], &shaded, (from_low, sample))
-            });
-            for ((sum, own), carried) in sums.iter_mut().zip(&shaded).zip(&carried.values) {
-                let value = own.direct + *carried;
-                if value.is_finite() {
-                    *sum += value / frame.spp as f32;
-                } else {
-                    rendered.non_finite += 1;
-                }
-            }
-            fallbacks += carried.fallbacks;
-            underflows += carried.underflows;
-        }
-        rendered.image = Image {
-            width: frame.width,
-            height: frame.height,
-            pixels: sums.into_iter().map(Into::into).collect(),
-        };
-        let samples = frame.pixels() as f64 * f64::from(frame.spp);
-        rendered.found.extend([
-            ("upsampling_fallbacks", fallbacks as f64 / samples),
-            ("upsampling_underflows", underflows as f64 / samples),
-        ]);
-    }
-
-    /// Direct light of every pixel, and indirect light of those on the grid.
-    fn shade(&self, sets: &[Vec<Vec<Parallel>>; 2], grid: &Grid, sample: u32) -> Vec<Shaded> {
-        let illumination = self.illumination;
-        let frame = illumination.frame;
-        let mut shaded = vec![Shaded::default(); frame.pixels()];
-        shaded
-            .par_chunks_mut(frame.width)
-            .enumerate()
-            .for_each(|(y, row)| {
-                let caster = frame.tracer.caster(self.counter);
-                for (x, out) in row.iter_mut().enumerate() {
-                    let pixel = (y * frame.width + x) as u32;
-                    let (at, seen) = match illumination.point(&caster, pixel, sample) {
-                        Point::Surface(at, seen) => (at, seen),
-                        Point::Background(radiance) => {
-                            out.direct = radiance;
-                            continue;
-                        }
-                    };
-                    out.seen = Some(seen);
-                    let direct = &sets[0][set_of([x, y], sample, sets[0].len())];
-                    out.direct = seen.throughput * illumination.lit(&caster, &at, direct);
-                    if let Some(position) = grid.position(x, y) {
-                        let indirect = &sets[1][set_of(position, sample, sets[1].len())];
-                        out.indirect = illumination.lit(&caster, &at, indirect);
-                    }
-                }
-            });
-        shaded
-    }
-
-    fn features(&self, shaded: &[Shaded]) -> Vec<Option<Feature>> {
-        shaded
-            .par_iter()
-            .map(|own| {
-                let seen = own.seen.as_ref()?;
-                let at = self.illumination.surface(seen);
-                Some(Feature::new(&at, seen.depth))
-            })
-            .collect()
-    }
-
-    /// Shades the surface pixels that no neighbour on the grid could serve.
-    fn fill_gaps(
-        &self,
-        sets: &[Vec<Parallel>],
-        shaded: &[Shaded],
-        (from_low, sample): (Upsampled, u32),
-    ) -> Carried {
-        let frame = self.illumination.frame;
-        let values: Vec<Vec3> = from_low
-            .values
-            .par_iter()
-            .zip(shaded)
-            .enumerate()
-            .map(|(pixel, (value, own))| match (value, &own.seen) {
-                (_, None) => Vec3::ZERO,
-                (Some(value), Some(seen)) => seen.throughput * *value,
-                (None, Some(seen)) => {
-                    let caster = frame.tracer.caster(self.counter);
-                    let at = self.illumination.surface(seen);
-                    let position = [pixel % frame.width, pixel / frame.width];
-                    let lights = &sets[set_of(position, sample, sets.len())];
-                    seen.throughput * self.illumination.lit(&caster, &at, lights)
-                }
-            })
-            .collect();
-        let gaps = from_low.values.iter().zip(shaded);
-        Carried {
-            values,
-            fallbacks: gaps
-                .filter(|(v, s)| v.is_none() && s.seen.is_some())
-                .count() as u64,
-            underflows: from_low.underflows,
-        }
-    }
-}
-
-/// A pixel under both kinds of lights.
-#[derive(Clone, Copy, Default)]
-struct Shaded {
-    /// The background's radiance where nothing was hit.
-    direct: Vec3,
-    /// On the grid only; without the throughput.
-    indirect: Vec3,
-    seen: Option<Seen>,
-}
-
-/// Indirect light of every pixel.
-struct Carried {
-    values: Vec<Vec3>,
-    fallbacks: u64,
-    underflows: u64,
 }
 
 fn describe(rendered: &mut Rendered, set: LightSet) {

@@ -2,7 +2,8 @@
 
 use super::super::Contender;
 use super::Parameters;
-use super::illumination::{Illumination, Point};
+use super::illumination::Illumination;
+use super::reduced::indirect_cost;
 use super::rendering::set_of;
 use crate::environment::EnvironmentSampler;
 use crate::trace::RayCounter;
@@ -26,19 +27,19 @@ pub(super) fn replay(
         }
         EnvironmentSampler::Lights(sampler) => {
             let map = illumination.environment;
-            let count = sampler.affordable(map, contender.budget);
-            let set = sampler.lights(map, count, contender.seed);
+            let cost = indirect_cost(illumination, sampler.reduction(), &counter);
+            let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
             let sets = parameters.interleaved_sets;
             set.interleaved(sets, parameters.perturbation, contender.seed)
         }
     };
     for sample in 0..frame.spp {
         let (at, seen) = match illumination.point(&caster, pixel, sample) {
-            Point::Background(radiance) => {
+            Err(radiance) => {
                 lines.push(format!("sample {sample}: background {radiance}"));
                 continue;
             }
-            Point::Surface(at, seen) => (at, seen),
+            Ok(surface) => surface,
         };
         lines.push(format!(
             "sample {sample}: position {:?} normal {} depth {}",

@@ -114,24 +114,20 @@ impl Feature {
     }
 }
 
-/// What upsampling found.
-pub(super) struct Upsampled {
-    /// `None` at pixels without a surface, or without a neighbour on one.
-    pub values: Vec<Option<Vec3>>,
-    /// Pixels at which every weight of the plain formula is 0 in single precision.
-    pub underflows: u64,
-}
+/// A sum of weights below e to this power is 0 in single precision.
+const UNDERFLOW: f32 = -103.0;
 
-/// Carries `low` (of the grid's pixels) to all pixels. Weights are relative to the largest one of
-/// the window, so that their sum is never 0.
+/// Carries `low` (of the grid's pixels) to all pixels; `None` at pixels without a surface, and at
+/// those where the plain formula has no weight that is not 0. Weights are relative to the largest
+/// one of the window, so that their sum is never 0.
 pub(super) fn upsample(
     frame: &Frame,
     grid: &Grid,
     (features, low): (&[Option<Feature>], &[Vec3]),
-) -> Upsampled {
+) -> Vec<Option<Vec3>> {
     let range = depth_range(features);
     let width = frame.width;
-    let found: Vec<Option<(Vec3, f32)>> = features
+    features
         .par_iter()
         .enumerate()
         .map(|(pixel, own)| {
@@ -145,16 +141,10 @@ pub(super) fn upsample(
                 let log_weight = -0.5 * (spatial + own.distance2(other, range));
                 Some((log_weight, low[r * grid.size[0] + c]))
             });
-            weighted_mean(weights)
+            let (mean, largest) = weighted_mean(weights)?;
+            (largest > UNDERFLOW).then_some(mean)
         })
-        .collect();
-    /// e to this power is 0 in single precision.
-    const UNDERFLOW: f32 = -103.0;
-    let lost = |value: &&Option<(Vec3, f32)>| value.is_some_and(|(_, log)| log < UNDERFLOW);
-    Upsampled {
-        underflows: found.iter().filter(lost).count() as u64,
-        values: found.into_iter().map(|f| f.map(|(v, _)| v)).collect(),
-    }
+        .collect()
 }
 
 /// Grid positions within reach of the one nearest to fractional coordinates.
