@@ -124,8 +124,9 @@ impl<'a> Paths<'a> {
                 weight *= at.adjoint(sample.direction);
             }
             let survival = (weight.element_sum() / 3.0).min(1.0);
-            // Written so that a weight that is not a number ends the path.
-            if !(rng.next_f32() < survival) {
+            // False for a weight that is not a number.
+            let survives = rng.next_f32() < survival;
+            if !survives {
                 break;
             }
             power = power * weight / survival;
