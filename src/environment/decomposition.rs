@@ -258,7 +258,7 @@ impl Decomposition {
         for &texel in &emissive {
             masked[texel as usize] = true;
         }
-        let rest = leaves(&texels, p.leaves, &masked);
+        let rest = leaves(&texels, p.leaves, (&masked, classes.origin));
         let weights = Weights {
             variance: p.variance_weight,
             extent: p.extent_weight,
