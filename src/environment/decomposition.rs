@@ -312,7 +312,10 @@ impl LightSampler for Decomposition {
     ) -> LightSet {
         let count = Count {
             split: rays,
-            indirect_factor: 1.0 / indirect_cost.clamp(1e-3, 1.0),
+            indirect_factor: match self.reduction {
+                1 => 1.0,
+                _ => 1.0 / indirect_cost.clamp(1e-3, 1.0),
+            },
         };
         self.light_set(map, count, seed)
     }

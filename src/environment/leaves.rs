@@ -44,11 +44,12 @@ pub(super) fn leaves(
             let end = (((piece + 1) * width) as f64 / cells as f64 - 0.5).ceil() as usize;
             let run = start + origin..end.min(width) + origin;
             start = end.min(width);
-            // Columns beyond the seam.
+            // Columns beyond the seam continue at the first one.
             let seam = width.clamp(run.start, run.end);
+            let beyond = run.start.max(width)..run.end.max(width);
             for run in [
-                run.start..seam,
-                seam.max(width) - width..run.end.max(width) - width,
+                run.start.min(width)..seam.min(width),
+                beyond.start - width..beyond.end - width,
             ] {
                 if whole {
                     add_run(texels, y, run, leaf);
