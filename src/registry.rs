@@ -98,6 +98,8 @@ pub struct ParameterError {
 #[derive(Clone, Copy, Debug)]
 pub struct About {
     pub id: &'static str,
+    /// Source of the module; its head comment is the body of the page.
+    pub module: &'static str,
     pub aliases: &'static [&'static str],
     /// One line.
     pub summary: &'static str,

@@ -55,10 +55,17 @@ impl Place {
     }
 
     fn lightbench(&self, arguments: &[&str]) -> Output {
+        self.lightbench_by(None, arguments)
+    }
+
+    /// With a ray kernel of choice.
+    fn lightbench_by(&self, kernel: Option<&str>, arguments: &[&str]) -> Output {
         let output = Command::cargo_bin("lightbench")
             .expect("built")
             .current_dir(self.path())
             .env_remove("LIGHTBENCH_SCENES")
+            .env_remove("LIGHTBENCH_KERNEL")
+            .envs(kernel.map(|name| ("LIGHTBENCH_KERNEL", name)))
             .args(arguments)
             .output()
             .expect("runs");
@@ -115,6 +122,8 @@ fn every_shipped_config_plans() {
     let mut configs = vec![
         repository("configs/quickstart.toml"),
         repository("configs/stability.toml"),
+        repository("configs/stability-importance-caching.toml"),
+        repository("configs/stability-irradiance-caching.toml"),
     ];
     for folder in ["configs/cache-placement", "configs/environment"] {
         for entry in fs::read_dir(repository(folder)).expect("configs") {
@@ -127,6 +136,36 @@ fn every_shipped_config_plans() {
         assert_eq!(output.code, 0, "{config}: {}", output.err);
         assert!(output.out.contains("jobs"), "{}", output.out);
     }
+}
+
+#[test]
+fn a_suite_runs_its_experiments_and_collects_their_claims() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.write("other.toml", &TINY.replace("\"tiny\"", "\"other\""));
+    let suite = "name = 'both'\nset = ['repeats=1']\n[[include]]\nconfig = 'tiny.toml'\n\
+                 [[include]]\nconfig = 'other.toml'\nset = ['caches=30']\n";
+    let suite = place.write("both.toml", suite).display().to_string();
+    let out = place.path().join("out").display().to_string();
+    let first = place.lightbench(&["run", &suite, "--out", &out]);
+    assert_eq!(first.code, 0, "{}", first.err);
+    let page = fs::read_to_string(place.path().join("out/report.html")).expect("page");
+    assert!(page.matches("clustering helps").count() == 2, "{page}");
+    for (experiment, caches) in [("tiny", 60), ("other", 30)] {
+        let rows = place.path().join("out").join(experiment).join("rows.jsonl");
+        let rows = fs::read_to_string(rows).expect("rows");
+        assert_eq!(rows.lines().count(), 2, "{experiment}");
+        assert!(rows.contains(&format!("caches={caches}")), "{rows}");
+    }
+    let again = place.lightbench(&["run", &suite, "--out", &out]);
+    assert!(again.err.contains("2 finished earlier"), "{}", again.err);
+    let missing = place.write(
+        "broken.toml",
+        "name = 'b'\ninclude = [{ config = 'none.toml' }]\n",
+    );
+    let refused = place.lightbench(&["run", &missing.display().to_string()]);
+    assert_eq!(refused.code, 2, "{}", refused.err);
+    assert!(refused.err.contains("none.toml"), "{}", refused.err);
 }
 
 #[test]
@@ -269,6 +308,42 @@ fn results_do_not_depend_on_threads_or_on_interruption() {
         "{}",
         nothing_left.err
     );
+}
+
+/// Kernels round triangles differently, so that a ray near an edge may differ; errors do not.
+#[test]
+fn ray_kernels_give_the_same_table_and_are_named() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let refused = place.lightbench_by(Some("fast"), &["plan", "tiny.toml"]);
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused
+            .err
+            .contains("expected wide, watertight or portable"),
+        "{}",
+        refused.err
+    );
+    let mut errors: Vec<Vec<f64>> = Vec::new();
+    for kernel in lightbench::trace::Kernel::ALL {
+        if !kernel.is_available() {
+            continue;
+        }
+        let id = kernel.name().split('-').next();
+        let out = format!("by-{}", kernel.name());
+        let run = place.lightbench_by(id, &["run", "tiny.toml", "--quiet", "--out", &out]);
+        assert_eq!(run.code, 0, "{}", run.err);
+        let file = place.path().join(&out).join("provenance.json");
+        let provenance = fs::read_to_string(file).expect("provenance");
+        assert!(provenance.contains(kernel.name()), "{provenance}");
+        let rmse = |row: &serde_json::Value| row["rmse"].as_f64().expect("rmse");
+        errors.push(place.rows(&out).iter().map(rmse).collect());
+    }
+    for other in &errors[1..] {
+        for (a, b) in errors[0].iter().zip(other) {
+            assert!((a - b).abs() <= 1e-4 * a, "{errors:?}");
+        }
+    }
 }
 
 #[test]

@@ -92,11 +92,12 @@ fn mean(image: &Image) -> [f64; 3] {
     std::array::from_fn(|c| image.pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / count)
 }
 
-/// Every distribution, and every refinement after VGC.
-fn distributions() -> Vec<String> {
+/// Every distribution, every refinement after VGC, and the classic cache.
+fn methods() -> Vec<String> {
     let first = FIRST_STAGES.iter().map(|e| e.about.id.to_owned());
     let refined = REFINEMENTS.iter().map(|e| format!("VGC+{}", e.about.id));
-    first.chain(refined).collect()
+    let classic = ["on-demand".to_owned()];
+    first.chain(refined).chain(classic).collect()
 }
 
 #[test]
@@ -104,7 +105,7 @@ fn a_closed_glowing_box_sums_the_higher_orders_of_its_series() {
     let mut cube = room();
     cube.emission = Some([1.0, 2.0, 3.0]);
     let glowing = description(DVec3::new(0.2, 0.1, 0.6), vec![cube]);
-    for method in distributions() {
+    for method in methods() {
         let setting = Setting {
             method: &method,
             caches: 20,
@@ -238,7 +239,7 @@ fn the_two_sides_of_a_thin_wall_do_not_mix() {
     let shapes = vec![wall, lit_floor, light];
     let bright = description(DVec3::new(-4.0, 0.0, 0.3), shapes.clone());
     let dark = description(DVec3::new(4.0, 0.0, 0.3), shapes);
-    for method in distributions() {
+    for method in methods() {
         let setting = Setting {
             method: &method,
             caches: 30,
@@ -277,18 +278,29 @@ fn hard_cases_stay_finite_and_sane() {
         ("glossy", glossy, false),
         ("lit", plain, false),
     ];
+    let methods = ["VGC+DGS", "on-demand"];
     for (name, scene, dark) in &cases {
-        for caches in [1, 2, 19, 5000] {
+        for (caches, method) in [1, 2, 19, 5000]
+            .into_iter()
+            .flat_map(|n| methods.map(|m| (n, m)))
+        {
             let setting = Setting {
-                method: "VGC+DGS",
+                method,
                 caches,
                 parameters: "side = 8",
             };
             let rendered = cached(scene, &setting);
             let values = rendered.image.pixels.iter().flatten();
-            assert!(values.clone().all(|v| v.is_finite() && *v >= 0.0), "{name}");
+            assert!(
+                values.clone().all(|v| v.is_finite() && *v >= 0.0),
+                "{name} {method}"
+            );
             assert_eq!(rendered.non_finite, 0, "{name}");
-            assert_eq!(values.sum::<f32>() == 0.0, *dark, "{name} {caches}");
+            assert_eq!(
+                values.sum::<f32>() == 0.0,
+                *dark,
+                "{name} {caches} {method}"
+            );
         }
     }
 }
@@ -302,7 +314,7 @@ fn a_view_of_nothing_is_black() {
         60.0,
         SIZE,
     )];
-    for method in ["VGC+DGS", "per-sample"] {
+    for method in ["VGC+DGS", "on-demand", "per-sample"] {
         let setting = Setting {
             method,
             caches: 10,
@@ -321,7 +333,7 @@ fn images_do_not_depend_on_the_number_of_threads() {
             .build()
             .expect("threads")
             .install(|| {
-                ["VGC+DGS", "per-sample"].map(|method| {
+                ["VGC+DGS", "on-demand", "per-sample"].map(|method| {
                     let setting = Setting {
                         method,
                         caches: 40,

@@ -1,7 +1,7 @@
 //! Triangles and rays as raw files, for scripts that run other ray tracers on them.
 //!
 //! `DIR/<scene>/positions.f32` (x y z), `triangles.u32` (three indices), `camera.f32` (eye, point
-//! looked at), `sets.tsv` (index, any or closest, rays, hits, Mrays per CPU-second portable, single
+//! looked at), `sets.tsv` (index, any or closest, rays, hits of the wide kernel, Mrays per CPU-second portable, single
 //! and bundle, name) and one `<index>.f32` a set (origin, direction, t_min, t_max: eight numbers a
 //! ray). Little-endian.
 
@@ -40,7 +40,8 @@ pub fn write(directory: &Path, scene: &Scene, rows: &[Row]) -> io::Result<()> {
         } else {
             "closest"
         };
-        let (count, hits, name) = (rays.len(), row.hits[0], row.set.name);
+        let (count, name) = (rays.len(), row.set.name);
+        let hits = row.hits[1].unwrap_or(0);
         let [portable, single, bundle] = [0, 1, 2].map(|k| row.rate[k]);
         table += &format!(
             "{index}\t{kind}\t{count}\t{hits}\t{portable:.4}\t{single:.4}\t{bundle:.4}\t{name}\n"

@@ -1,8 +1,8 @@
 //! Mrays per CPU-second of every kernel, side by side on the same rays, as Markdown tables.
 //!
 //! `cargo bench --bench rays [-- terrain | kitchen] [--quick] [--export DIR]` prints one table a scene: the
-//! portable kernel (obvhs' traversal), the wide one with single rays and with bundles and their ratios
-//! to it. Kernels take turns and the best of seven rounds counts, so that other work on the
+//! portable kernel (obvhs' traversal), the wide one with single rays and with bundles, its watertight
+//! variant, and their ratios to the first. Kernels take turns and the best of seven rounds counts, so that other work on the
 //! machine disturbs all of them alike. `--quick` leaves out the scaling to two threads; `--export` also writes triangles, rays and rates as
 //! raw files ([`export`]), which `scripts/embree-compare.py` uses.
 
@@ -98,81 +98,89 @@ fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (cpu_seconds() - start, result)
 }
 
-/// What was measured on one set: by portable, single and bundle kernel.
+/// The contenders of a set: kernel and whether rays of one origin are cast together.
+const CONTENDERS: [(Kernel, bool); 5] = [
+    (Kernel::Portable, false),
+    (Kernel::Wide, false),
+    (Kernel::Wide, true),
+    (Kernel::Watertight, false),
+    (Kernel::Watertight, true),
+];
+
+/// What was measured on one set, by contender.
 pub struct Row {
     set: Set,
-    /// Mrays per CPU-second; NaN where a kernel does not apply.
-    rate: [f64; 3],
-    hits: [usize; 3],
+    /// Mrays per CPU-second; NaN where a contender does not apply.
+    rate: [f64; 5],
+    hits: [Option<usize>; 5],
 }
 
 fn report(scene: &Scene, is_quick: bool) -> Vec<Row> {
-    let build = |kernel| timed(|| Tracer::with_kernel(&scene.positions, &scene.triangles, kernel));
-    let (portable_s, portable) = build(Kernel::Portable);
-    let (wide_s, wide) = build(Kernel::Wide);
     let millions = scene.triangles.len() as f64 * 1e-6;
     println!("{}: {millions:.3} M triangles\n", scene.name);
-    for (tracer, seconds) in [(&portable, portable_s), (&wide, wide_s)] {
+    let build = |kernel| {
+        let build = || Tracer::with_kernel(&scene.positions, &scene.triangles, kernel);
+        let (seconds, tracer) = timed(build);
         println!(
             "- {}: built in {:.2} CPU-seconds per million triangles, {:.1} bytes a triangle",
             tracer.kernel().name(),
             seconds / millions,
             tracer.bytes() as f64 / scene.triangles.len() as f64,
         );
-    }
+        tracer
+    };
+    let tracers = [Kernel::Portable, Kernel::Wide, Kernel::Watertight].map(build);
     println!(
-        "\n| Mrays per CPU-second | obvhs | single | × obvhs | bundle | × obvhs | 2 threads | hits |"
+        "\n| Mrays per CPU-second (× obvhs) | obvhs | single | bundle | watertight single | \
+         watertight bundle | 2 threads | hits |\n|---|--:|--:|--:|--:|--:|--:|--:|"
     );
-    println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     let measured = |set| {
-        let row = measure(set, &portable, &wide);
-        print_row(&row, (!is_quick).then(|| threads(&row.set, &wide)));
+        let row = measure(set, &tracers);
+        print_row(&row, (!is_quick).then(|| threads(&row.set, &tracers[1])));
         row
     };
-    let rows = ray_sets(scene, &wide).into_iter().map(measured).collect();
+    let sets = ray_sets(scene, &tracers[1]);
+    let rows = sets.into_iter().map(measured).collect();
     println!();
     rows
 }
 
-fn measure(set: Set, portable: &Tracer, wide: &Tracer) -> Row {
+fn measure(set: Set, tracers: &[Tracer; 3]) -> Row {
     let counter = RayCounter::default();
-    let contenders = [(portable, false), (wide, false), (wide, true)];
-    let count = if set.work.has_bundles() { 3 } else { 2 };
-    let mut best = [f64::NAN; 3];
-    let mut hits = [0; 3];
+    let mut best = [f64::NAN; 5];
+    let mut hits = [None; 5];
     for _ in 0..ROUNDS {
-        for (k, (tracer, bundled)) in contenders.iter().enumerate().take(count) {
+        for (k, (kernel, bundled)) in CONTENDERS.into_iter().enumerate() {
+            let tracer = tracers.iter().find(|t| t.kernel() == kernel);
+            let Some(tracer) = tracer.filter(|_| !bundled || set.work.has_bundles()) else {
+                continue;
+            };
             let caster = tracer.caster(&counter);
-            let (seconds, found) = timed(|| set.work.cast(&caster, *bundled));
+            let (seconds, found) = timed(|| set.work.cast(&caster, bundled));
             best[k] = best[k].min(seconds);
-            hits[k] = found;
+            hits[k] = Some(found);
         }
     }
     let rate = best.map(|seconds| set.work.rays() as f64 * 1e-6 / seconds);
     Row { set, rate, hits }
 }
 
+/// Hit counts are one number, or all of them where they differ.
 fn print_row(row: &Row, two_threads: Option<f64>) {
-    let [obvhs, single, bundle] = row.rate;
-    print!(
-        "| {} | {obvhs:.2} | {single:.2} | {:.2} ",
-        row.set.name,
-        single / obvhs
-    );
-    if row.set.work.has_bundles() {
-        print!("| {bundle:.2} | {:.2} ", bundle / obvhs);
-    } else {
-        print!("| – | – ");
+    let obvhs = row.rate[0];
+    print!("| {} | {obvhs:.2} ", row.set.name);
+    for rate in &row.rate[1..] {
+        if rate.is_nan() {
+            print!("| – ");
+        } else {
+            print!("| {rate:.2} ({:.2} ×) ", rate / obvhs);
+        }
     }
-    let [a, b, c] = row.hits;
-    let are_equal = a == b && (b == c || !row.set.work.has_bundles());
-    let hits = if are_equal {
-        format!("{a}")
-    } else {
-        format!("{:?}", row.hits)
-    };
     let scaling = two_threads.map_or("–".into(), |s| format!("{s:.2} ×"));
-    println!("| {scaling} | {hits} |");
+    let mut hits: Vec<usize> = row.hits.into_iter().flatten().collect();
+    hits.dedup();
+    let hits: Vec<String> = hits.iter().map(ToString::to_string).collect();
+    println!("| {scaling} | {} |", hits.join(", "));
 }
 
 /// How two threads scale: twice the CPU time of one thread alone over that of the slower of two. Other work on the

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-const EXIT_CODES: &str = "Exit codes: 0 ok · 2 usage or config · 3 nothing selected · 4 some jobs failed · \
-10 gate failed · 11 gate inconclusive · 12 gate has no data · 130 interrupted (finished jobs kept)";
+const NOTES: &str = "Exit codes: 0 ok · 2 usage or config · 3 nothing selected · 4 some jobs failed · \
+10 gate failed · 11 gate inconclusive · 12 gate has no data · 130 interrupted (finished jobs kept)
+Environment: LIGHTBENCH_SCENES path list of folders with scenes and maps · LIGHTBENCH_KERNEL how rays are \
+traced: wide (default where the processor has AVX2 and FMA), watertight or portable";
 
 /// A laboratory for cached light: which method is better, by how much, at what cost, and is it
 /// significant.
 #[derive(Debug, Parser)]
-#[command(name = "lightbench", version, after_help = EXIT_CODES)]
+#[command(name = "lightbench", version, after_help = NOTES)]
 pub struct Cli {
     #[command(subcommand)]
     pub verb: Verb,

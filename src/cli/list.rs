@@ -98,6 +98,12 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
 /// The page of one entry.
 pub fn page(kind: &str, about: &About) -> String {
     let mut text = format!("# {} ({kind})\n\n{}\n\n", about.id, about.summary);
+    let comment = about.module.lines().map_while(|l| l.strip_prefix("//!"));
+    for line in comment {
+        text.push_str(line.trim_start());
+        text.push('\n');
+    }
+    text.push('\n');
     if !about.aliases.is_empty() {
         text.push_str(&format!("Also called: {}\n\n", about.aliases.join(", ")));
     }

@@ -25,6 +25,8 @@ pub use args::Cli;
 use args::{RefVerb, SceneVerb, Verb};
 use exit::Failure;
 
+use crate::trace::Kernel;
+
 /// Runs the program and maps errors to exit codes.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -37,6 +39,10 @@ pub fn main() -> ExitCode {
     };
     if ctrlc::set_handler(interrupted).is_err() {
         eprintln!("warning: interrupts are not caught; finished jobs are kept all the same");
+    }
+    if let Err(message) = Kernel::requested() {
+        eprintln!("error: {message}");
+        return ExitCode::from(exit::USAGE);
     }
     match dispatch(cli.verb) {
         Ok(code) => ExitCode::from(code),

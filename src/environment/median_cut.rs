@@ -9,6 +9,7 @@ use crate::registry::{About, Bias, SamplerEntry, parameters};
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "median-cut",
+        module: include_str!("median_cut.rs"),
         aliases: &["mc"],
         summary: "rectangles of equal energy, halved along their longer side",
         source: "Debevec 2005",

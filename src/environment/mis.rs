@@ -10,6 +10,7 @@ use crate::registry::{self, About, Bias, Parameter, SamplerEntry};
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "mis",
+        module: include_str!("mis.rs"),
         aliases: &[],
         summary: "light and surface sampling at every shading point, power heuristic",
         source: "Veach & Guibas 1995; PBRT-v3; compensation: Karlík et al. 2019",

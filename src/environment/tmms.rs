@@ -15,6 +15,7 @@ use crate::registry::{self, About, Bias, Parameter, ParameterError, SamplerEntry
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "tmms",
+        module: include_str!("tmms.rs"),
         aliases: &["tmms-r"],
         summary: "mean-shift strata of the tone-mapped map, split and merged to equal importance",
         source: "Feng et al. 2016 (reconstruction: curve, bandwidths and rules are ours)",

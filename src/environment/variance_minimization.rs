@@ -10,6 +10,7 @@ use crate::registry::{About, Bias, SamplerEntry, parameters};
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "variance-minimization",
+        module: include_str!("variance_minimization.rs"),
         aliases: &["vm"],
         summary: "rectangles cut where the larger variance of both parts is least",
         source: "Viriyothai & Debevec 2009",

@@ -1,8 +1,10 @@
 //! What made the results: program, machine, command.
 
 use super::Plan;
+use crate::trace::Kernel;
 
-/// JSON text of `provenance.json`. Bit identity is promised for one instruction set, so that is in it.
+/// JSON text of `provenance.json`. Bit identity is promised for one instruction set and
+/// one ray kernel, so both are in it.
 pub fn collect(plan: &Plan) -> String {
     let started = std::time::SystemTime::now()
         .duration_since(std::time::UNIX_EPOCH)
@@ -12,6 +14,7 @@ pub fn collect(plan: &Plan) -> String {
         "architecture": std::env::consts::ARCH,
         "operating_system": std::env::consts::OS,
         "instruction_sets": instruction_sets(),
+        "ray_kernel": Kernel::best().name(),
         "threads": rayon::current_num_threads(),
         "build": if cfg!(debug_assertions) { "debug" } else { "release" },
         "started_unix_seconds": started,

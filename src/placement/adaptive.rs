@@ -1,4 +1,7 @@
 //! AS: adaptive sampling between records that differ, after Yoshida et al.
+//!
+//! Each record is compared with its nearest records; pairs whose gathering samples differ most get a record
+//! at the shading point nearest to their middle, until the budget is spent.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -40,6 +43,7 @@ impl Default for Adaptive {
 pub const ENTRY: RefinementEntry = RefinementEntry {
     about: About {
         id: "AS",
+        module: include_str!("adaptive.rs"),
         aliases: &["ac", "as-r", "adaptive"],
         summary: "records between neighbouring records that differ most",
         source: "reconstruction of Yoshida et al. 2015 from its abstract and Wu & Shen 2023, \

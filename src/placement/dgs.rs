@@ -1,4 +1,9 @@
 //! DGS: discontinuity-guided sampling.
+//!
+//! A map over pixels says where the records of the first stage are likely to interpolate badly: the mean and
+//! the largest difference between the gathering samples of the records around a pixel, and how much normals
+//! vary in the 5 × 5 pixels around it, each scaled to its maximum. The records kept back are drawn from the
+//! map by importance, without repetition.
 
 use serde::Deserialize;
 
@@ -44,6 +49,7 @@ impl Default for DiscontinuityGuided {
 pub const ENTRY: RefinementEntry = RefinementEntry {
     about: About {
         id: "DGS",
+        module: include_str!("dgs.rs"),
         aliases: &["discontinuity-guided"],
         summary: "pixels drawn from a map of discontinuities in shading and geometry",
         source: "Wu & Shen 2023, section 3.2, eq. 3 and 4. Readings: K = 6 ranked by eq. 5, all \

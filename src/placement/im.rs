@@ -1,4 +1,7 @@
 //! IM: image-space uniform sampling.
+//!
+//! Records lie at shading points drawn uniformly without repetition, or jittered: one in each cell of a
+//! grid over the image.
 
 use serde::Deserialize;
 
@@ -30,6 +33,7 @@ pub struct ImageSpace {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "IM",
+        module: include_str!("im.rs"),
         aliases: &["image-space", "uniform"],
         summary: "uniform random distinct pixels",
         source: "Wu & Shen 2023, section 4 (baseline IM); Georgiev et al. 2012",

@@ -1,4 +1,9 @@
 //! SD: spatial-directional clustering, a 6-D hierarchy of positions and scaled normals.
+//!
+//! Normals are multiplied by an eighth of the mean side of the points' bounding box and appended to the
+//! positions; clusters are split in the middle of the widest of the six extents, down to one threshold for
+//! all of them or to a minimum number of members. The threshold follows from the budget. The record of a
+//! cluster is a random member.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -75,6 +80,7 @@ impl Default for SpatialDirectional {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "SD",
+        module: include_str!("sd.rs"),
         aliases: &["spatial-directional"],
         summary: "6-D clusters of positions and scaled normals, a random member of each",
         source: "Ou & Pellacini 2011 (LightSlice), section 4 and the authors' code; threshold and \

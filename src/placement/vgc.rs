@@ -1,4 +1,10 @@
 //! VGC: view-guided clustering.
+//!
+//! Shading points are split in space until a cluster's longest side is at most σ_s, then by normals until
+//! their spread is at most σ_a. Both thresholds grow with the depth of the cluster, from σ at the nearest
+//! to α σ at the farthest point, `α = 1 + Γ (d_max − d_min)`, so that distant surfaces get fewer records.
+//! σ_a is given; σ_s follows from the budget. The record of a cluster is the member nearest to its jittered
+//! mean position and mean normal.
 
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -77,6 +83,7 @@ impl Default for ViewGuided {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "VGC",
+        module: include_str!("vgc.rs"),
         aliases: &["view-guided", "view-guided-clustering"],
         summary: "clusters by position, then by normal, with thresholds that grow with depth",
         source: "Wu & Shen 2023, section 3.1, eq. 1 and 2. Readings: the sign of (α − 1), \

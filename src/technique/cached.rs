@@ -1,9 +1,9 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::frame::look_band;
 use super::{
     Contender, Distribution, Frame, Method, PlacedRecord, Rendered, Seen, ShadingFunction, Site,
     Stages, Technique, per_sample, shading_points,
@@ -14,6 +14,7 @@ use crate::cache::{
 use crate::image::Image;
 use crate::metric::pixel_errors;
 use crate::placement::{FirstStage, Refinable, Refinement};
+use crate::sample::hash;
 use crate::trace::{Caster, RayCounter};
 
 /// A technique whose contenders are records of one function.
@@ -29,6 +30,11 @@ pub trait CachedTechnique: Technique {
     /// A random estimate of the function at every sample, for the contender without records; its
     /// samples count passes.
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
+
+    /// Whether images from records are noisy.
+    fn is_noisy(&self) -> bool {
+        false
+    }
 
     /// Adds to an image made from records what is not in them and costs all contenders the same.
     fn finish(&self, _: &Frame, _: &mut Rendered) {}
@@ -161,9 +167,10 @@ pub fn render(
     }
 }
 
-/// Where the method leaves a setting to be picked by
-/// error, every setting is rendered and the one with the least RMSE against the reference is kept;
-/// the cost of the others is not charged, as in the paper.
+/// Where the method leaves a setting to be picked by error, every setting is rendered and the one
+/// with the least RMSE against the reference is kept; the cost of the others is not charged, as in
+/// the paper. Of noisy images the setting is picked with another seed, so that no contender gets the
+/// luckiest noise of several.
 fn render_distribution(
     technique: &dyn CachedTechnique,
     frame: &Frame,
@@ -179,15 +186,27 @@ fn render_distribution(
     let reference = contender
         .reference
         .ok_or("a per-scene choice of settings needs a reference; name one setting instead")?;
-    let mut best: Option<(f64, Rendered)> = None;
-    for first in &candidates {
-        let rendered = render_setting(job, first.as_ref(), refinement);
+    let noisy = technique.is_noisy();
+    let trial = Contender {
+        seed: if noisy {
+            hash(contender.seed)
+        } else {
+            contender.seed
+        },
+        ..*contender
+    };
+    let mut best: Option<(f64, usize, Rendered)> = None;
+    for (index, first) in candidates.iter().enumerate() {
+        let rendered = render_setting((technique, frame, &trial), first.as_ref(), refinement);
         let error = pixel_errors(reference, &rendered.image).mse;
-        if best.as_ref().is_none_or(|(least, _)| error < *least) {
-            best = Some((error, rendered));
+        if best.as_ref().is_none_or(|(least, _, _)| error < *least) {
+            best = Some((error, index, rendered));
         }
     }
-    let (_, mut rendered) = best.ok_or("no setting to choose from")?;
+    let (_, index, mut rendered) = best.ok_or("no setting to choose from")?;
+    if noisy {
+        rendered = render_setting(job, candidates[index].as_ref(), refinement);
+    }
     rendered.notes.push(format!(
         "best of {} settings by RMSE against the reference; the others are not charged",
         candidates.len()
@@ -403,38 +422,12 @@ impl Shader<'_> {
         let (mut lookups, mut non_finite) = (0, 0);
         for top in (0..self.frame.height).step_by(BAND) {
             let bottom = (top + BAND).min(self.frame.height);
-            let samples = self.hits(top, bottom);
+            let samples = look_band(self.frame, self.counter, top..bottom, self.frame.spp);
             let values = self.values(&samples);
             lookups += samples.len() as u64;
             non_finite += self.film(top, &samples, &values, &mut image);
         }
         (image, lookups, non_finite)
-    }
-
-    /// Surface hits of rows `top..bottom`, in 8×8 pixel tiles so that neighbours follow each other.
-    fn hits(&self, top: usize, bottom: usize) -> Vec<Seen> {
-        const TILE: usize = 8;
-        let frame = self.frame;
-        let across = frame.width.div_ceil(TILE);
-        let down = (bottom - top).div_ceil(TILE);
-        let tiles: Vec<Vec<Seen>> = (0..across * down)
-            .into_par_iter()
-            .map(|tile| {
-                let caster = frame.tracer.caster(self.counter);
-                let (x0, y0) = (tile % across * TILE, top + tile / across * TILE);
-                let mut hits = Vec::with_capacity(TILE * TILE * frame.spp as usize);
-                for y in y0..(y0 + TILE).min(bottom) {
-                    for x in x0..(x0 + TILE).min(frame.width) {
-                        let pixel = (y * frame.width + x) as u32;
-                        for sample in 0..frame.spp {
-                            hits.extend(frame.look(&caster, pixel, sample));
-                        }
-                    }
-                }
-                hits
-            })
-            .collect();
-        tiles.into_iter().flatten().collect()
     }
 
     fn values(&self, samples: &[Seen]) -> Vec<[f32; 3]> {

@@ -1,5 +1,7 @@
 //! One view of one scene at one size: camera samples and the surface points they hit.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -129,7 +131,46 @@ impl<'a> Frame<'a> {
 
     /// As [`Frame::look`], and for the background what the sample sees of it.
     pub fn look_out(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Missed> {
-        let mut ray = self.camera_ray(pixel, sample);
+        let ray = self.camera_ray(pixel, sample);
+        let hit = caster.closest(&ray);
+        self.look_on(caster, [pixel, sample], (ray, hit))
+    }
+
+    /// What `samples` of a tile of neighbouring pixels see, pixel by pixel: exactly what
+    /// [`Frame::look`] answers, but the camera rays of a tile are cast together.
+    pub fn look_tile(
+        &self,
+        caster: &Caster,
+        (pixels, samples): (&[u32], Range<u32>),
+        seen: &mut Vec<Seen>,
+    ) {
+        let mut rays = Vec::with_capacity(pixels.len() * samples.len());
+        let mut hits = vec![None; pixels.len() * samples.len()];
+        let mut directions = Vec::with_capacity(pixels.len());
+        for (sample, hits) in samples.clone().zip(hits.chunks_mut(pixels.len().max(1))) {
+            let first = rays.len();
+            rays.extend(pixels.iter().map(|&pixel| self.camera_ray(pixel, sample)));
+            directions.clear();
+            directions.extend(rays[first..].iter().map(|ray: &Ray| ray.direction));
+            let origin = self.view.origin.as_vec3();
+            caster.closest_bundle(origin, &directions, f32::INFINITY, hits);
+        }
+        for (i, &pixel) in pixels.iter().enumerate() {
+            for (k, sample) in samples.clone().enumerate() {
+                let at = k * pixels.len() + i;
+                let start = (rays[at], hits[at]);
+                seen.extend(self.look_on(caster, [pixel, sample], start).ok());
+            }
+        }
+    }
+
+    /// Follows a camera ray from its first hit, if there is one.
+    fn look_on(
+        &self,
+        caster: &Caster,
+        [pixel, sample]: [u32; 2],
+        (mut ray, mut hit): (Ray, Option<Hit>),
+    ) -> Result<Seen, Missed> {
         let mut seen = Seen {
             site: Site::default(),
             depth: 0.0,
@@ -140,8 +181,11 @@ impl<'a> Frame<'a> {
             throughput: Vec3::ONE,
         };
         let mut rng = Rng::new(0, SPECULAR_STREAM, u64::from(pixel), u64::from(sample));
-        for _ in 0..=MOST_SPECULAR {
-            let Some(hit) = caster.closest(&ray) else {
+        for passed in 0..=MOST_SPECULAR {
+            if passed > 0 {
+                hit = caster.closest(&ray);
+            }
+            let Some(hit) = hit else {
                 return Err(Missed {
                     direction: ray.direction,
                     throughput: seen.throughput,
@@ -208,17 +252,38 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// One shading point at the centre of each pixel that sees a surface.
-pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
-    let rows: Vec<Vec<Seen>> = (0..frame.height)
+/// Pixels along a side of the tiles whose camera rays are cast together.
+const TILE: usize = 8;
+
+/// What samples `0..samples` of rows `top..bottom` see, tile by tile: neighbours follow each other.
+pub fn look_band(
+    frame: &Frame,
+    counter: &RayCounter,
+    rows: Range<usize>,
+    samples: u32,
+) -> Vec<Seen> {
+    let across = frame.width.div_ceil(TILE);
+    let down = rows.len().div_ceil(TILE);
+    let tiles: Vec<Vec<Seen>> = (0..across * down)
         .into_par_iter()
-        .map(|y| {
+        .map(|tile| {
             let caster = frame.tracer.caster(counter);
-            (0..frame.width)
-                .filter_map(|x| frame.look(&caster, (y * frame.width + x) as u32, 0))
-                .collect()
+            let (x0, y0) = (tile % across * TILE, rows.start + tile / across * TILE);
+            let (x1, y1) = ((x0 + TILE).min(frame.width), (y0 + TILE).min(rows.end));
+            let row = |y: usize| (x0..x1).map(move |x| (y * frame.width + x) as u32);
+            let pixels: Vec<u32> = (y0..y1).flat_map(row).collect();
+            let mut seen = Vec::with_capacity(pixels.len() * samples as usize);
+            frame.look_tile(&caster, (&pixels, 0..samples), &mut seen);
+            seen
         })
         .collect();
+    tiles.into_iter().flatten().collect()
+}
+
+/// One shading point at the centre of each pixel that sees a surface, in row-major order.
+pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
+    let mut all = look_band(frame, counter, 0..frame.height, 1);
+    all.par_sort_unstable_by_key(|seen| seen.pixel);
     let mut points = ShadingPoints {
         width: frame.width,
         height: frame.height,
@@ -227,7 +292,7 @@ pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
         metres_per_unit: frame.scene.metres_per_unit as f32,
         ..ShadingPoints::default()
     };
-    for seen in rows.into_iter().flatten() {
+    for seen in all {
         points.point_of_pixel[seen.pixel as usize] = points.len() as u32;
         points.position.push(seen.site.position);
         points.normal.push(seen.site.normal);

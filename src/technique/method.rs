@@ -1,14 +1,12 @@
 //! What a job runs: a contender of its technique, from an id and a parameter table.
 
-use serde::Deserialize;
 use toml::Table;
 
 use super::Distribution;
 use super::irradiance_caching::on_demand::{self, OnDemand};
+use super::per_sample::{PER_SAMPLE, PerSample};
 use crate::environment::EnvironmentSampler;
-use crate::registry::{
-    self, About, Bias, Contenders, MethodEntry, Parameter, ParameterError, TechniqueEntry,
-};
+use crate::registry::{self, Contenders, ParameterError, TechniqueEntry};
 
 /// A contender, ready to run.
 pub enum Method {
@@ -79,40 +77,3 @@ impl Method {
         }
     }
 }
-
-/// The outside contender of cached techniques: no records, the function estimated at every camera
-/// sample with few random samples.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PerSample {
-    /// Estimates of each pixel; `None` takes as many as cost the rays of the budget's records.
-    pub passes: Option<std::num::NonZeroU32>,
-}
-
-/// The registry's entry.
-pub const PER_SAMPLE: MethodEntry = MethodEntry {
-    about: About {
-        id: "per-sample",
-        aliases: &["path-tracing", "monte-carlo"],
-        summary: "no records: the function itself, estimated at every camera sample with as many \
-                  rays as the records would take",
-        source: "the outside contender of cached techniques: path tracing for irradiance, random \
-                 occlusion rays for ambient occlusion, one virtual light by its power for \
-                 importance",
-        bias: Bias::Unbiased,
-        failures: &["noise falls with the square root of the rays only"],
-        parameters: &[Parameter {
-            key: "passes",
-            default: "equal rays",
-            unit: "",
-            meaning: "estimates of each pixel; by default passes are added until the rays counted \
-                      reach those of evaluating the budget's records, measured on 64 of them",
-        }],
-    },
-    techniques: &[
-        "ambient-occlusion",
-        "irradiance-caching",
-        "importance-caching",
-    ],
-    build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
-};

@@ -18,7 +18,8 @@ pub mod truth;
 pub use cached::{CachedFunction, Lookup, RecordSite};
 pub use distribution::Distribution;
 pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
-pub use method::{Method, PER_SAMPLE, PerSample};
+pub use method::Method;
+pub use per_sample::{PER_SAMPLE, PerSample};
 
 use rayon::prelude::*;
 

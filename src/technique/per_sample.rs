@@ -1,11 +1,56 @@
 //! The contender without records: the function itself, estimated at every camera sample.
+//!
+//! Passes of one random estimate a pixel are added until the counted rays reach those that evaluating the
+//! budget's records would take: one path (irradiance), one occlusion ray (ambient occlusion) or one
+//! virtual light (importance caching) a pass.
+
+use serde::Deserialize;
 
 use super::cached::CachedTechnique;
 use super::{
-    Contender, Frame, PerSample, RecordSite, Rendered, Stages, reference_pass, shading_points,
+    Contender, Frame, Method, RecordSite, Rendered, Stages, reference_pass, shading_points,
 };
 use crate::image::Image;
+use crate::registry::{self, About, Bias, MethodEntry, Parameter};
 use crate::trace::RayCounter;
+
+/// The outside contender of cached techniques: no records, the function estimated at every camera
+/// sample with few random samples.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PerSample {
+    /// Estimates of each pixel; `None` takes as many as cost the rays of the budget's records.
+    pub passes: Option<std::num::NonZeroU32>,
+}
+
+/// The registry's entry.
+pub const PER_SAMPLE: MethodEntry = MethodEntry {
+    about: About {
+        id: "per-sample",
+        module: include_str!("per_sample.rs"),
+        aliases: &["path-tracing", "monte-carlo"],
+        summary: "no records: the function itself, estimated at every camera sample with as many \
+                  rays as the records would take",
+        source: "the outside contender of cached techniques: path tracing for irradiance, random \
+                 occlusion rays for ambient occlusion, one virtual light by its power for \
+                 importance",
+        bias: Bias::Unbiased,
+        failures: &["noise falls with the square root of the rays only"],
+        parameters: &[Parameter {
+            key: "passes",
+            default: "equal rays",
+            unit: "",
+            meaning: "estimates of each pixel; by default passes are added until the rays counted \
+                      reach those of evaluating the budget's records, measured on 64 of them",
+        }],
+    },
+    techniques: &[
+        "ambient-occlusion",
+        "irradiance-caching",
+        "importance-caching",
+    ],
+    build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
+};
 
 /// Records whose cost tells what the budget's records would take.
 const MEASURED: usize = 64;

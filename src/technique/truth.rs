@@ -23,6 +23,7 @@ const SEED: Parameter = Parameter {
 pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "path-tracing",
+        module: include_str!("truth.rs"),
         aliases: &["pt"],
         summary: "path tracing with next-event estimation, to the scene's max_depth",
         source: "Kajiya 1986; Veach 1997, power heuristic",
@@ -38,6 +39,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
 pub const DIRECT: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "direct-lighting",
+        module: include_str!("truth.rs"),
         aliases: &["direct"],
         summary: "emission and direct light of area lights, environment and sun",
         source: "Veach 1997, power heuristic",

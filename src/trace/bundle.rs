@@ -26,11 +26,16 @@ const FEW: u32 = 8;
 
 /// See [`super::Caster::occluded_bundle`].
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn occluded(tree: &WideTree, bundle: &Bundle, scratch: &mut Scratch, occluded: &mut [u64]) {
+pub fn occluded<const TIGHT: bool>(
+    tree: &WideTree,
+    bundle: &Bundle,
+    scratch: &mut Scratch,
+    occluded: &mut [u64],
+) {
     let order = Order::new(bundle.directions.len());
     for start in (0..bundle.directions.len()).step_by(TILE) {
         let tile = Tile::new(bundle, order, start);
-        let blocked = occluded_tile(tree, &tile, scratch);
+        let blocked = occluded_tile::<TIGHT>(tree, &tile, scratch);
         for k in bits(blocked) {
             let i = order.index(start + k);
             occluded[i / 64] |= 1 << (i % 64);
@@ -40,11 +45,16 @@ pub fn occluded(tree: &WideTree, bundle: &Bundle, scratch: &mut Scratch, occlude
 
 /// See [`super::Caster::closest_bundle`].
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn closest(tree: &WideTree, bundle: &Bundle, scratch: &mut Scratch, hits: &mut [Option<Hit>]) {
+pub fn closest<const TIGHT: bool>(
+    tree: &WideTree,
+    bundle: &Bundle,
+    scratch: &mut Scratch,
+    hits: &mut [Option<Hit>],
+) {
     let order = Order::new(bundle.directions.len());
     for start in (0..bundle.directions.len()).step_by(TILE) {
         let mut tile = Tile::new(bundle, order, start);
-        let found = closest_tile(tree, &mut tile, scratch);
+        let found = closest_tile::<TIGHT>(tree, &mut tile, scratch);
         for k in bits(tile.rays) {
             hits[order.index(start + k)] = found[k];
         }
@@ -54,7 +64,7 @@ pub fn closest(tree: &WideTree, bundle: &Bundle, scratch: &mut Scratch, hits: &m
 /// The rays of a tile that are blocked.
 #[inline]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn occluded_tile(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
+fn occluded_tile<const TIGHT: bool>(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
     let origin = Vec3x8::splat(tile.origin);
     let reach = reach_squared(tile.bundle.t_max);
     let t_max = _mm256_set1_ps(tile.bundle.t_max);
@@ -70,9 +80,9 @@ fn occluded_tile(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
         let Waiting { rays, child, .. } = stack[waiting];
         let rays = rays & alive;
         if child & LEAF != 0 {
-            let seen = Seen::new(tree.block(child), origin);
+            let seen = Seen::<TIGHT>::new(tree.block(child), origin);
             for k in bits(rays) {
-                let crossing = seen.cross(Vec3x8::splat(tile.directions[k].to_array()));
+                let crossing = seen.cross(tile.direction(k));
                 if crossing.hits(_mm256_setzero_ps(), t_max) != 0 {
                     alive ^= 1 << k;
                 }
@@ -80,7 +90,7 @@ fn occluded_tile(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
                 let beam = tile.beam(k);
-                if single::occluded(tree, &beam, child, &mut scratch.children) {
+                if single::occluded::<TIGHT>(tree, &beam, child, &mut scratch.children) {
                     alive ^= 1 << k;
                 }
             }
@@ -113,7 +123,11 @@ fn occluded_tile(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
 /// The closest hits of a tile, which also become the limits of its rays.
 #[inline]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn closest_tile(tree: &WideTree, tile: &mut Tile, scratch: &mut Scratch) -> [Option<Hit>; TILE] {
+fn closest_tile<const TIGHT: bool>(
+    tree: &WideTree,
+    tile: &mut Tile,
+    scratch: &mut Scratch,
+) -> [Option<Hit>; TILE] {
     let origin = Vec3x8::splat(tile.origin);
     let mut best = [None; TILE];
     let mut reach = reach_squared(tile.bundle.t_max);
@@ -135,9 +149,9 @@ fn closest_tile(tree: &WideTree, tile: &mut Tile, scratch: &mut Scratch) -> [Opt
         }
         if child & LEAF != 0 {
             let block = tree.block(child);
-            let seen = Seen::new(block, origin);
+            let seen = Seen::<TIGHT>::new(block, origin);
             for k in bits(rays) {
-                let crossing = seen.cross(Vec3x8::splat(tile.directions[k].to_array()));
+                let crossing = seen.cross(tile.direction(k));
                 let limits = [0.0, tile.t_max[k / 8][k % 8]];
                 nearest_lane(&crossing, block, limits, &mut best[k]);
             }
@@ -145,7 +159,7 @@ fn closest_tile(tree: &WideTree, tile: &mut Tile, scratch: &mut Scratch) -> [Opt
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
                 let beam = tile.beam(k);
-                single::closest(tree, &beam, child, &mut scratch.sorted, &mut best[k]);
+                single::closest::<TIGHT>(tree, &beam, child, &mut scratch.sorted, &mut best[k]);
             }
             reach = tile.shorten(&best, rays);
         } else {

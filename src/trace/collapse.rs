@@ -28,7 +28,11 @@ const LANES: usize = 8;
 const KEEP: u8 = 0;
 
 /// Collapses a binary tree with one triangle a leaf.
-pub fn collapse(tree: &Bvh2, triangles: &[Triangle], features: Features) -> WideTree {
+pub fn collapse(
+    tree: &Bvh2,
+    triangles: &[Triangle],
+    (features, is_watertight): (Features, bool),
+) -> WideTree {
     let corners = |id: u32| {
         let Triangle { v0, v1, v2 } = triangles[id as usize];
         [v0, v1, v2].map(Vec3::from)
@@ -37,9 +41,19 @@ pub fn collapse(tree: &Bvh2, triangles: &[Triangle], features: Features) -> Wide
         let [a, b, c] = corners(id);
         0.5 * (b - a).cross(c - a).length()
     };
-    let (nodes, blocks, stack_entries) = emit(&Plan::new(tree, area), corners);
+    // What a block holds of a triangle.
+    let rows = |id: u32| {
+        let [a, b, c] = corners(id);
+        (!is_degenerate([a, b, c])).then_some(if is_watertight {
+            [a, b, c]
+        } else {
+            [a, a - b, c - a]
+        })
+    };
+    let (nodes, blocks, stack_entries) = emit(&Plan::new(tree, area), rows);
     WideTree {
         _features: features,
+        is_watertight,
         nodes: settled(nodes),
         blocks: settled(blocks),
         stack_entries,
@@ -178,7 +192,7 @@ struct Open {
 }
 
 /// Writes nodes in depth-first order, the inner children of a node next to each other.
-fn emit(plan: &Plan, corners: impl Fn(u32) -> [Vec3; 3]) -> (Vec<Node>, Vec<Block>, usize) {
+fn emit(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec<Node>, Vec<Block>, usize) {
     let mut nodes = vec![Node::EMPTY];
     let mut blocks = Vec::with_capacity(plan.nodes.len() / 8);
     let mut stack_entries = 1;
@@ -201,7 +215,7 @@ fn emit(plan: &Plan, corners: impl Fn(u32) -> [Vec3; 3]) -> (Vec<Node>, Vec<Bloc
         for (lane, &child) in children.iter().enumerate() {
             let child = child as usize;
             let index = if plan.is_block(child) {
-                blocks.push(block(plan, child, &corners));
+                blocks.push(block(plan, child, &rows));
                 LEAF | (blocks.len() - 1) as u32
             } else {
                 nodes.push(Node::EMPTY);
@@ -234,20 +248,15 @@ fn set_child(node: &mut Node, lane: usize, source: &Bvh2Node, index: u32) {
 }
 
 /// The triangles below a place that can be hit, which are its next leaves in depth-first order.
-fn block(plan: &Plan, place: usize, corners: impl Fn(u32) -> [Vec3; 3]) -> Block {
+fn block(plan: &Plan, place: usize, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> Block {
     let mut block = Block::EMPTY;
     let end = place + 2 * plan.count[place] as usize - 1;
     let leaves = (place..end).filter(|&p| plan.nodes[p].is_leaf());
     for (lane, leaf) in leaves.enumerate() {
         let id = plan.triangle(leaf);
-        let [a, b, c] = corners(id);
-        if is_degenerate([a, b, c]) {
-            continue;
-        }
-        for axis in 0..3 {
-            block.v0[axis][lane] = a[axis];
-            block.e1[axis][lane] = a[axis] - b[axis];
-            block.e2[axis][lane] = c[axis] - a[axis];
+        let Some(rows) = rows(id) else { continue };
+        for (k, axis) in (0..9).map(|i| (i / 3, i % 3)) {
+            block.rows[k][axis][lane] = rows[k][axis];
         }
         block.id[lane] = id;
     }

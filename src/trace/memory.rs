@@ -9,31 +9,23 @@ pub fn settled<T>(items: Vec<T>) -> Vec<T> {
     settled
 }
 
-/// Advice for whole pages within the vector's memory, best given before they are first written.
-/// Without effect, but harmless, where the system does not follow it.
+/// Advice for the whole huge pages within the vector's memory, best given before they are first
+/// written. Without effect, but harmless, where the system does not follow it.
 #[cfg(target_os = "linux")]
 fn ask_for_huge_pages<T>(vector: &mut Vec<T>) {
     use rustix::mm::{Advice, madvise};
-    /// Below a few huge pages of 2 MiB there is nothing to gain.
-    const LEAST: usize = 8 << 20;
-    let page = rustix::param::page_size();
+    const HUGE_PAGE: usize = 2 << 20;
     let memory = vector.spare_capacity_mut();
     let bytes = size_of_val(memory);
     let start = memory.as_mut_ptr().cast::<u8>();
-    let skipped = start.align_offset(page);
-    if bytes < LEAST {
+    let skipped = start.align_offset(HUGE_PAGE);
+    if bytes < 4 * HUGE_PAGE || skipped > HUGE_PAGE {
         return;
     }
-    let whole_pages = (bytes - skipped) / page * page;
+    let whole = (bytes - skipped) / HUGE_PAGE * HUGE_PAGE;
     // SAFETY: the range lies within memory that `vector` owns, and this advice changes no contents.
     // A refusal costs a few percent of speed and nothing else.
-    let _ = unsafe {
-        madvise(
-            start.add(skipped).cast(),
-            whole_pages,
-            Advice::LinuxHugepage,
-        )
-    };
+    let _ = unsafe { madvise(start.add(skipped).cast(), whole, Advice::LinuxHugepage) };
 }
 
 #[cfg(not(target_os = "linux"))]

@@ -102,8 +102,8 @@ impl Beam {
 
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn crossing(&self, block: &Block) -> Crossing {
-        Seen::new(block, self.origin).cross(self.direction)
+    fn crossing<const TIGHT: bool>(&self, block: &Block) -> Crossing {
+        Seen::<TIGHT>::new(block, self.origin).cross(self.direction)
     }
 }
 
@@ -162,15 +162,19 @@ impl WideTree {
 
 /// Whether anything is hit in `(t_min, t_max]`.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn occluded_ray(tree: &WideTree, ray: &Ray, stack: &mut [u32]) -> bool {
-    occluded(tree, &Beam::new(ray), 0, stack)
+pub fn occluded_ray<const TIGHT: bool>(tree: &WideTree, ray: &Ray, stack: &mut [u32]) -> bool {
+    occluded::<TIGHT>(tree, &Beam::new(ray), 0, stack)
 }
 
 /// The closest hit in `(t_min, t_max]`.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn closest_ray(tree: &WideTree, ray: &Ray, stack: &mut [u64]) -> Option<Hit> {
+pub fn closest_ray<const TIGHT: bool>(
+    tree: &WideTree,
+    ray: &Ray,
+    stack: &mut [u64],
+) -> Option<Hit> {
     let mut best = None;
-    closest(tree, &Beam::new(ray), 0, stack, &mut best);
+    closest::<TIGHT>(tree, &Beam::new(ray), 0, stack, &mut best);
     best
 }
 
@@ -178,7 +182,12 @@ pub fn closest_ray(tree: &WideTree, ray: &Ray, stack: &mut [u64]) -> Option<Hit>
 /// `tree.stack_entries` entries.
 #[inline]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn occluded(tree: &WideTree, beam: &Beam, child: u32, stack: &mut [u32]) -> bool {
+pub fn occluded<const TIGHT: bool>(
+    tree: &WideTree,
+    beam: &Beam,
+    child: u32,
+    stack: &mut [u32],
+) -> bool {
     let t_min = _mm256_set1_ps(beam.t_min);
     let t_max = _mm256_set1_ps(beam.t_max);
     let mut waiting = 0;
@@ -197,7 +206,7 @@ pub fn occluded(tree: &WideTree, beam: &Beam, child: u32, stack: &mut [u32]) -> 
                 child = lowest(entered);
                 continue;
             }
-        } else if beam.crossing(tree.block(child)).hits(t_min, t_max) != 0 {
+        } else if beam.crossing::<TIGHT>(tree.block(child)).hits(t_min, t_max) != 0 {
             return true;
         }
         if waiting == 0 {
@@ -240,7 +249,7 @@ static FALLING: [[u32; 8]; 256] = {
 /// `tree.stack_entries` entries: the bits of the entry distance above the child.
 #[inline]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn closest(
+pub fn closest<const TIGHT: bool>(
     tree: &WideTree,
     beam: &Beam,
     child: u32,
@@ -263,7 +272,12 @@ pub fn closest(
             }
         } else {
             let block = tree.block(child);
-            nearest_lane(&beam.crossing(block), block, [beam.t_min, t_max], best);
+            nearest_lane(
+                &beam.crossing::<TIGHT>(block),
+                block,
+                [beam.t_min, t_max],
+                best,
+            );
             t_max = best.map_or(beam.t_max, |hit| hit.t);
         }
         loop {

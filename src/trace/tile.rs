@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::query::Bundle;
 use super::single::{Beam, reciprocal};
-use super::vector::{load, store};
+use super::vector::{Vec3x8, load, store};
 use super::wide::Node;
 use super::{Hit, Ray};
 
@@ -158,8 +158,20 @@ impl<'a> Tile<'a> {
             t_max: self.bundle.t_max,
             ..Ray::new(self.bundle.origin, self.directions[k])
         };
-        let scale = |axis: usize| self.scale[axis][k / 8][k % 8];
-        Beam::with_scale(&ray, [scale(0), scale(1), scale(2)])
+        Beam::with_scale(&ray, self.reciprocal(k))
+    }
+
+    /// The direction of a ray.
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn direction(&self, k: usize) -> Vec3x8 {
+        Vec3x8::splat(self.directions[k].to_array())
+    }
+
+    /// `1/d` of a ray.
+    #[inline]
+    fn reciprocal(&self, k: usize) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.scale[axis][k / 8][k % 8])
     }
 }
 

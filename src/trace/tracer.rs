@@ -67,9 +67,12 @@ impl Tracer {
 
 fn tree(corners: &[Triangle], kernel: Kernel) -> Box<dyn RayTree> {
     #[cfg(target_arch = "x86_64")]
-    if let (Kernel::Wide, Some(features)) = (kernel, super::wide::Features::detect()) {
+    if let (Kernel::Wide | Kernel::Watertight, Some(features)) =
+        (kernel, super::wide::Features::detect())
+    {
         let binary = binary_tree(corners, THOROUGH);
-        return Box::new(super::collapse::collapse(&binary, corners, features));
+        let variant = (features, kernel == Kernel::Watertight);
+        return Box::new(super::collapse::collapse(&binary, corners, variant));
     }
     Box::new(PortableTree::new(corners))
 }

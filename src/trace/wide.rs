@@ -36,21 +36,16 @@ impl Node {
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Block {
-    /// First vertex: rows x, y, z.
-    pub v0: [[f32; 8]; 3],
-    /// `v0 − v1`.
-    pub e1: [[f32; 8]; 3],
-    /// `v2 − v0`.
-    pub e2: [[f32; 8]; 3],
+    /// For x, y and z: the first vertex `v0`, `e1 = v0 − v1` and `e2 = v2 − v0`; in a watertight tree
+    /// the three vertices, because edges round them.
+    pub rows: [[[f32; 8]; 3]; 3],
     /// Index into the caller's triangles.
     pub id: [u32; 8],
 }
 
 impl Block {
     pub const EMPTY: Self = Self {
-        v0: [[0.0; 8]; 3],
-        e1: [[0.0; 8]; 3],
-        e2: [[0.0; 8]; 3],
+        rows: [[[0.0; 8]; 3]; 3],
         id: [u32::MAX; 8],
     };
 }
@@ -76,6 +71,8 @@ impl Features {
 #[derive(Debug)]
 pub struct WideTree {
     pub(super) _features: Features,
+    /// Which triangle test its blocks are for.
+    pub(super) is_watertight: bool,
     pub(super) nodes: Vec<Node>,
     pub(super) blocks: Vec<Block>,
     /// Entries a traversal stack can ever hold.
@@ -98,21 +95,45 @@ impl RayTree for WideTree {
 
     fn closest(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
         // SAFETY: `_features` proves that the instructions exist.
-        unsafe { single::closest_ray(self, ray, &mut scratch.sorted) }
+        unsafe {
+            if self.is_watertight {
+                single::closest_ray::<true>(self, ray, &mut scratch.sorted)
+            } else {
+                single::closest_ray::<false>(self, ray, &mut scratch.sorted)
+            }
+        }
     }
 
     fn occluded(&self, ray: &Ray, scratch: &mut Scratch) -> bool {
         // SAFETY: `_features` proves that the instructions exist.
-        unsafe { single::occluded_ray(self, ray, &mut scratch.children) }
+        unsafe {
+            if self.is_watertight {
+                single::occluded_ray::<true>(self, ray, &mut scratch.children)
+            } else {
+                single::occluded_ray::<false>(self, ray, &mut scratch.children)
+            }
+        }
     }
 
     fn occluded_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, occluded: &mut [u64]) {
         // SAFETY: `_features` proves that the instructions exist.
-        unsafe { bundle::occluded(self, bundle, scratch, occluded) }
+        unsafe {
+            if self.is_watertight {
+                bundle::occluded::<true>(self, bundle, scratch, occluded)
+            } else {
+                bundle::occluded::<false>(self, bundle, scratch, occluded)
+            }
+        }
     }
 
     fn closest_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, hits: &mut [Option<Hit>]) {
         // SAFETY: `_features` proves that the instructions exist.
-        unsafe { bundle::closest(self, bundle, scratch, hits) }
+        unsafe {
+            if self.is_watertight {
+                bundle::closest::<true>(self, bundle, scratch, hits)
+            } else {
+                bundle::closest::<false>(self, bundle, scratch, hits)
+            }
+        }
     }
 }

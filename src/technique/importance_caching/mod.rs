@@ -35,6 +35,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "importance-caching",
+        module: include_str!("mod.rs"),
         aliases: &["imc"],
         summary: "virtual point lights, sampled by what records around the point received of them",
         source: "Georgiev et al. 2012; Keller 1997; Wu & Shen, section 4.2",
@@ -44,6 +45,8 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
              distance takes away in corners and light that arrives by mirrors or glass",
             "lights that no record near the point received are left to the uniform distribution, \
              which is noisy",
+            "highlights and lights close by that no record near the point has are rare and bright: \
+             a few such pixels decide the RMSE of an image",
         ],
         parameters: &[
             Parameter {
@@ -254,6 +257,10 @@ impl CachedTechnique for ImportanceCaching {
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
         Box::new(exact::OneLight::new(frame, self.lights(frame), seed))
+    }
+
+    fn is_noisy(&self) -> bool {
+        true
     }
 
     fn finish(&self, frame: &Frame, rendered: &mut Rendered) {

@@ -4,8 +4,6 @@ use glam::Vec3;
 
 use crate::trace::{Kernel, Ray, RayCounter, Tracer};
 
-const KERNELS: [Kernel; 2] = [Kernel::Wide, Kernel::Portable];
-
 fn quad(kernel: Kernel) -> Tracer {
     let positions = [
         Vec3::new(-1.0, -1.0, 0.0),
@@ -18,7 +16,7 @@ fn quad(kernel: Kernel) -> Tracer {
 
 #[test]
 fn barycentric_weights_give_the_hit_point() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let tracer = quad(kernel);
         let counter = RayCounter::default();
         let origin = Vec3::new(0.3, -0.4, 2.0);
@@ -40,7 +38,7 @@ fn barycentric_weights_give_the_hit_point() {
 
 #[test]
 fn limits_are_open_below_and_closed_above() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let tracer = quad(kernel);
         let counter = RayCounter::default();
         let caster = tracer.caster(&counter);
@@ -67,7 +65,7 @@ fn limits_are_open_below_and_closed_above() {
 
 #[test]
 fn rays_that_are_not_finite_hit_nothing_and_are_counted() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL {
         let tracer = quad(kernel);
         let counter = RayCounter::default();
         let caster = tracer.caster(&counter);

@@ -3,6 +3,7 @@
 mod brute;
 mod interface;
 mod scenes;
+mod watertight;
 
 use glam::Vec3;
 
@@ -52,7 +53,7 @@ fn every_kernel_agrees_with_double_precision() {
     for soup in all() {
         let brute = Brute::new(&soup);
         let rays = rays_for(&soup);
-        for kernel in [Kernel::Wide, Kernel::Portable] {
+        for kernel in Kernel::ALL {
             let tracer = Tracer::with_kernel(&soup.positions, &soup.triangles, kernel);
             let counter = RayCounter::default();
             let caster = tracer.caster(&counter);
@@ -71,7 +72,11 @@ fn every_kernel_agrees_with_double_precision() {
                     assert!(hit.u >= -1e-5 && hit.v >= -1e-5 && hit.u + hit.v <= 1.0 + 1e-5);
                 }
             }
-            let needed = if soup.is_hard { 0 } else { rays.len() / 10 };
+            let needed = if soup.is_hard || cfg!(miri) {
+                0
+            } else {
+                rays.len() / 12
+            };
             assert!(certain >= needed, "{}: only {certain} certain", soup.name);
         }
     }
@@ -81,7 +86,7 @@ fn every_kernel_agrees_with_double_precision() {
 #[test]
 fn bundles_agree_with_single_rays_to_the_last_bit() {
     for soup in all() {
-        for kernel in [Kernel::Wide, Kernel::Portable] {
+        for kernel in Kernel::ALL {
             let tracer = Tracer::with_kernel(&soup.positions, &soup.triangles, kernel);
             for (origin, directions) in scenes::bundles_for(&soup) {
                 for t_max in [f32::INFINITY, soup.scale * 0.5, 0.0] {

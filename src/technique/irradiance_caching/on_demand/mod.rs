@@ -7,6 +7,8 @@
 
 mod record;
 mod store;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 
@@ -31,6 +33,7 @@ use crate::trace::{RayCounter, RayCounts};
 pub const ENTRY: MethodEntry = MethodEntry {
     about: About {
         id: "on-demand",
+        module: include_str!("mod.rs"),
         aliases: &["ward", "irradiance-cache"],
         summary: "the classic irradiance cache: records with gradients, made where none may be used",
         source: "Ward et al. 1988; Ward & Heckbert 1992; Tabellion & Lamorlette 2004; Křivánek et \
@@ -239,10 +242,13 @@ impl Overture<'_> {
         let depth = self.points.depth[point as usize];
         let size = (2.0 * half / height as f64) as f32 * depth;
         let limits = self.method.pixels.map(|pixels| pixels * size);
+        let valid = record.validity(self.method.metric);
+        if valid < limits[0] {
+            // Where the radius is not allowed to follow a steep gradient, the gradient is cut.
+            record.translation *= valid / limits[0];
+        }
         Placed {
-            radius: record
-                .validity(self.method.metric)
-                .clamp(limits[0], limits[1]),
+            radius: valid.clamp(limits[0], limits[1]),
             record,
             limits,
             point,
