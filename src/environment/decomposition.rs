@@ -260,7 +260,7 @@ impl Decomposition {
         for &texel in &emissive {
             masked[texel as usize] = true;
         }
-        let rest = leaves(&texels, p.leaves, &masked);
+        let rest = leaves(&texels, p.leaves, (&masked, classes.origin));
         let weights = Weights {
             variance: p.variance_weight,
             extent: p.extent_weight,
@@ -314,7 +314,10 @@ impl LightSampler for Decomposition {
     ) -> LightSet {
         let count = Count {
             split: rays,
-            indirect_factor: 1.0 / indirect_cost.clamp(1e-3, 1.0),
+            indirect_factor: match self.reduction {
+                1 => 1.0,
+                _ => 1.0 / indirect_cost.clamp(1e-3, 1.0),
+            },
         };
         self.light_set(map, count, seed)
     }

@@ -40,8 +40,11 @@ impl Region {
 pub(super) struct Classification {
     /// L_T: texels above are emissive.
     pub threshold: f64,
-    /// Emissive texels in ascending order.
+    /// Emissive texels row by row, each row from the column `origin` on and around, so that the order
+    /// turns with the map.
     pub emissive: Vec<u32>,
+    /// Column of the first of the brightest texels.
+    pub origin: usize,
     pub direct: Region,
     pub indirect: Region,
 }
@@ -93,12 +96,20 @@ impl Classification {
             indirect.energy += (total - bright).max(0.0) * angle;
             indirect.solid_angle_sr += (width - count) as f64 * angle;
         }
+        let brightest = lines.iter().position(|l| l.1 == maximum).unwrap_or(0);
+        let row = &texels.luminance[brightest * width..(brightest + 1) * width];
+        let origin = row.iter().position(|&l| l == maximum).unwrap_or(0);
+        emissive.sort_by_key(|&texel| {
+            let (x, y) = (texel as usize % width, texel as usize / width);
+            (y, (x + width - origin) % width)
+        });
         if emissive.len() == width * texels.height() {
             indirect = Region::default();
         }
         Self {
             threshold,
             emissive,
+            origin,
             direct,
             indirect,
         }

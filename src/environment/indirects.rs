@@ -122,14 +122,14 @@ fn choose(cut: &[Node], weights: Weights) -> Option<usize> {
 fn divide(leaves: &mut [Leaf]) -> usize {
     let (mut low, mut high) = (DVec3::splat(2.0), DVec3::splat(-2.0));
     for leaf in leaves.iter() {
-        low = low.min(leaf.direction);
-        high = high.max(leaf.direction);
+        low = low.min(leaf.turned);
+        high = high.max(leaf.turned);
     }
     let axis = (high - low).max_position();
     let middle = leaves.len() / 2;
     // Ties are broken by the other coordinates, so that the order of the leaves does not matter.
     let key = |leaf: &Leaf| {
-        let d = leaf.direction.to_array();
+        let d = leaf.turned.to_array();
         [d[axis], d[(axis + 1) % 3], d[(axis + 2) % 3]]
     };
     leaves.select_nth_unstable_by(middle, |a, b| {
@@ -181,7 +181,7 @@ mod tests {
 
     fn cut(map: &Environment, count: usize, weights: Weights) -> Vec<Light> {
         let texels = Texels::new(map);
-        let leaves = leaves(&texels, 8192, &vec![false; texels.luminance.len()]);
+        let leaves = leaves(&texels, 8192, (&vec![false; texels.luminance.len()], 0));
         indirects(&texels, leaves, count, weights)
     }
 

@@ -1,6 +1,6 @@
 //! A map as a few thousand cells of equal solid angle with exact sums.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::rings::Rings;
 use super::texels::{Cluster, Texels};
@@ -13,6 +13,8 @@ pub(super) struct Leaf {
     pub solid_angle_sr: f64,
     /// Unit: the centroid of its texels' solid angle.
     pub direction: DVec3,
+    /// The same in a space that turns with the map.
+    pub turned: DVec3,
 }
 
 impl Leaf {
@@ -23,8 +25,12 @@ impl Leaf {
 }
 
 /// Gathers the texels that are not `masked` (these are as if they were not there) into about `count`
-/// cells; cells without texels are dropped.
-pub(super) fn leaves(texels: &Texels, count: usize, masked: &[bool]) -> Vec<Leaf> {
+/// cells, which begin at the column `origin`; cells without texels are dropped.
+pub(super) fn leaves(
+    texels: &Texels,
+    count: usize,
+    (masked, origin): (&[bool], usize),
+) -> Vec<Leaf> {
     let rings = Rings::new(count);
     let mut leaves = vec![Leaf::default(); rings.len()];
     let width = texels.width();
@@ -36,20 +42,32 @@ pub(super) fn leaves(texels: &Texels, count: usize, masked: &[bool]) -> Vec<Leaf
         for (piece, leaf) in leaves[ring].iter_mut().enumerate() {
             // Texels whose centre lies in the cell.
             let end = (((piece + 1) * width) as f64 / cells as f64 - 0.5).ceil() as usize;
-            let run = start..end.min(width);
-            start = run.end;
-            if whole {
-                add_run(texels, y, run, leaf);
-            } else {
-                for x in run.filter(|x| !masked[y * width + x]) {
-                    add_run(texels, y, x..x + 1, leaf);
+            let run = start + origin..end.min(width) + origin;
+            start = end.min(width);
+            // Columns beyond the seam continue at the first one.
+            let seam = width.clamp(run.start, run.end);
+            let beyond = run.start.max(width)..run.end.max(width);
+            for run in [
+                run.start.min(width)..seam.min(width),
+                beyond.start - width..beyond.end - width,
+            ] {
+                if whole {
+                    add_run(texels, y, run, leaf);
+                } else {
+                    for x in run.filter(|x| !masked[y * width + x]) {
+                        add_run(texels, y, x..x + 1, leaf);
+                    }
                 }
             }
         }
     }
+    let phi = std::f64::consts::TAU * origin as f64 / width as f64;
+    // φ runs from −z over +x: clockwise about +y.
+    let turn_back = DMat3::from_rotation_y(phi);
     leaves.retain(|leaf| leaf.solid_angle_sr > 0.0);
     for leaf in &mut leaves {
         leaf.direction = leaf.direction.normalize_or(DVec3::Y);
+        leaf.turned = turn_back * leaf.direction;
     }
     leaves
 }
@@ -105,7 +123,7 @@ mod tests {
             for masked in [0, 3] {
                 let mask = |i: usize| masked > 0 && i % masked == 1;
                 let masks: Vec<bool> = (0..width * height).map(mask).collect();
-                let found = leaves(&texels, 500, &masks);
+                let found = leaves(&texels, 500, (&masks, width / 3));
                 let mut expected = Cluster::default();
                 (0..width * height)
                     .filter(|i| !mask(*i))

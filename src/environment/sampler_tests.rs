@@ -262,8 +262,7 @@ fn many_lights_converge_to_the_irradiance_of_the_map() {
     }
 }
 
-/// Rolling the columns by half the width turns the map by 180°: samplers without a seam and without
-/// random draws follow.
+/// Rolling the columns by half the width turns the map by 180°: samplers without a seam follow.
 #[test]
 fn rolling_the_columns_rolls_the_lights_of_seamless_samplers() {
     let (width, height) = (96, 48);
@@ -276,7 +275,7 @@ fn rolling_the_columns_rolls_the_lights_of_seamless_samplers() {
     }
     let (plain, rolled) = (environment(&image), environment(&rolled));
     for (id, sampler) in samplers() {
-        if !["kollig-keller", "tmms"].contains(&id) {
+        if ["fhis", "median-cut", "variance-minimization"].contains(&id) {
             continue;
         }
         let before = sampler.lights(&plain, 12, 1);
