@@ -79,11 +79,14 @@ pub fn sweep_text(row: &Row) -> String {
     parts.join(" ")
 }
 
+/// Whether a row is of a scene that a statement is about.
+type Admits<'a> = &'a dyn Fn(&Row) -> bool;
+
 /// `LABEL` is a contender on the group's scene, `LABEL@SCENE` one on another scene and `LABEL@*` the
 /// mean over the scenes that `about` admits, at the same swept values and seed.
 fn judge_group(
     expression: &Expression,
-    (rows, about): (&[Row], &dyn Fn(&Row) -> bool),
+    (rows, about): (&[Row], Admits),
     (scene, at): (String, String),
 ) -> Judged {
     let value = |column: &str, label: &str, seed: u64| {

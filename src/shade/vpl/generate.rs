@@ -124,8 +124,7 @@ impl<'a> Paths<'a> {
                 weight *= at.adjoint(sample.direction);
             }
             let survival = (weight.element_sum() / 3.0).min(1.0);
-            // Written so that a weight that is not a number ends the path.
-            if !(rng.next_f32() < survival) {
+            if survival.is_nan() || rng.next_f32() >= survival {
                 break;
             }
             power = power * weight / survival;
