@@ -212,11 +212,11 @@ fn every_form_of_multiple_importance_sampling_is_unbiased() {
     let exact = lit.brute_force(4);
     for parameters in ["", "stratified = false", "compensated = true"] {
         for budget in [1, 6] {
-            // A single light sample misses what only surface samples find.
-            if parameters.contains("compensated") && budget == 1 {
+            // One sample is a light sample: not stratified, and compensated ones need surface samples.
+            if !parameters.is_empty() && budget == 1 {
                 continue;
             }
-            let passes = 48;
+            let passes = 288 / budget as u64;
             let mut sums = vec![[0.0f64; 2]; 3 * exact.pixels.len()];
             for seed in 0..passes {
                 let rendered = lit.render("mis", parameters, (budget, seed, 1));
@@ -241,7 +241,7 @@ fn every_form_of_multiple_importance_sampling_is_unbiased() {
                 expected_total += expected;
             }
             let context = format!("`{parameters}`, {budget} samples");
-            assert!(beyond * 100 <= sums.len(), "{context}: {beyond} values off");
+            assert!(beyond * 50 <= sums.len(), "{context}: {beyond} values off");
             let ratio = total / expected_total;
             let most = 4.0 * total_variance.sqrt() / expected_total + 0.005;
             assert!((ratio - 1.0).abs() < most.min(0.08), "{context}: {ratio}");
