@@ -204,8 +204,9 @@ pub fn print(planned: &Planned) {
         rays as f64 / 1e6,
         references.len()
     );
-    println!(
-        "records take up to {:.1} MiB in a job",
-        record_bytes_peak(planned) as f64 / (1 << 20) as f64
-    );
+    let bytes = record_bytes_peak(planned);
+    if bytes > 0 {
+        let mebibytes = bytes as f64 / (1 << 20) as f64;
+        println!("records take up to {mebibytes:.1} MiB in a job");
+    }
 }

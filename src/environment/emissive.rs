@@ -140,28 +140,25 @@ impl Classification {
 /// counting over the upper and the lower bits, which order non-negative floats.
 fn weighted_quantile(texels: &Texels, share: f64, weight: &dyn Fn(usize) -> f64) -> f32 {
     const LOW_BITS: u32 = 17;
-    let width = texels.width();
-    let count = |bins: usize, bin_of: &dyn Fn(u32) -> Option<usize>| {
-        let mut counts = vec![0.0f64; bins];
-        for (y, row) in texels.luminance.chunks_exact(width).enumerate() {
-            let weight = weight(y);
-            for luminance in row {
-                if let Some(bin) = bin_of(luminance.to_bits()) {
-                    counts[bin] += weight;
-                }
-            }
+    let mut upper = vec![0.0f64; 1 << (31 - LOW_BITS)];
+    for (y, row) in texels.luminance.chunks_exact(texels.width()).enumerate() {
+        let weight = weight(y);
+        for luminance in row {
+            upper[(luminance.to_bits() >> LOW_BITS) as usize] += weight;
         }
-        counts
-    };
-    let upper = count(1 << (31 - LOW_BITS), &|bits| {
-        Some((bits >> LOW_BITS) as usize)
-    });
+    }
     let target = share * upper.iter().sum::<f64>();
     let (high, below) = reach(&upper, target, 0.0);
-    let lower = count(1 << LOW_BITS, &|bits| {
-        let low = bits & ((1 << LOW_BITS) - 1);
-        (bits >> LOW_BITS == high as u32).then_some(low as usize)
-    });
+    let mut lower = vec![0.0f64; 1 << LOW_BITS];
+    for (y, row) in texels.luminance.chunks_exact(texels.width()).enumerate() {
+        let weight = weight(y);
+        for luminance in row {
+            let bits = luminance.to_bits();
+            if bits >> LOW_BITS == high as u32 {
+                lower[(bits & ((1 << LOW_BITS) - 1)) as usize] += weight;
+            }
+        }
+    }
     let (low, _) = reach(&lower, target, below);
     f32::from_bits((high as u32) << LOW_BITS | low as u32)
 }

@@ -225,3 +225,40 @@ fn constants_are_sampled_uniformly() {
     }
     assert!((e.total_power()[0] - 8.0 * PI).abs() < 1e-9);
 }
+
+#[test]
+fn compensated_densities_integrate_to_one_and_leave_the_dim_out() {
+    for map in maps() {
+        for e in layouts(&map) {
+            let (columns, rows) = (2 * e.width(), e.table_rows());
+            let mean = e.total_luminance() / (4.0 * PI);
+            let mut sum = 0.0;
+            for i in 0..columns * rows {
+                let (x, y) = (i % columns, i / columns);
+                let edge = |y: usize| (PI * y as f64 / rows as f64).cos();
+                let theta = PI * (y as f64 + 0.5) / rows as f64;
+                let direction = e.direction((x as f64 + 0.5) / columns as f64, theta.cos());
+                let (radiance, pdf) = e.radiance_and_pdf(direction, true);
+                sum += f64::from(pdf) * (edge(y) - edge(y + 1)) * TAU / columns as f64;
+                let constant = map.pixels.iter().all(|p| *p == map.pixels[0]);
+                if f64::from(luminance(radiance)) < 0.99 * mean && !constant {
+                    assert_eq!(pdf, 0.0);
+                }
+            }
+            assert!((sum - 1.0).abs() < 1e-3, "{sum}");
+            let mut rng = Rng::new(4, 0, 0, 0);
+            let mut agreeing = 0;
+            for _ in 0..500 {
+                let u = [rng.next_f64(), rng.next_f64()];
+                let s = e.compensated_sample(u).expect("light");
+                let (_, pdf) = e.radiance_and_pdf(s.direction, true);
+                agreeing += usize::from((pdf - s.pdf_sr).abs() < 1e-4 * s.pdf_sr);
+            }
+            // Rounding of the direction may cross an edge of a cell.
+            assert!(agreeing > 480, "{agreeing}");
+        }
+    }
+    let black = Environment::constant([0.0; 3]);
+    assert!(black.compensated_sample([0.5; 2]).is_none());
+    assert_eq!(black.radiance_and_pdf(Vec3::X, true).1, 0.0);
+}
