@@ -66,7 +66,8 @@ pub fn canopy() -> Image {
         smoothstep(open + 0.012, open - 0.012, density)
     };
     let mut image = filled(2, |d| {
-        let sky = Vec3::new(0.75, 0.95, 1.2) * 9.0;
+        let clouds = 0.6 + 0.8 * noise(d * 2.2 + DVec3::splat(7.3));
+        let sky = Vec3::new(0.75, 0.95, 1.2) * (9.0 * clouds) as f32;
         let foliage = Vec3::new(0.1, 0.16, 0.05) * (0.5 + 0.8 * noise(d * 31.0)) as f32;
         let gap = leaves(d) as f32 * smoothstep(0.0, 0.25, d.y) as f32;
         foliage + (sky - foliage) * gap
