@@ -189,7 +189,12 @@ impl Overture<'_> {
                 best = store;
             }
         }
-        best.placed.truncate(count);
+        if best.placed.len() > count {
+            // Even the largest allowed error asks for more: the first ones stay.
+            let mut first = Store::new(self.method.metric, error);
+            best.placed[..count].iter().for_each(|p| first.insert(*p));
+            best = first;
+        }
         (best, error)
     }
 

@@ -64,16 +64,22 @@ fn gradients_agree_with_differences() {
         let behind = at(p - axis * step, Vec3::Y).irradiance;
         let measured = (ahead - behind) / (2.0 * step);
         let found = record.translation.transpose() * axis;
-        let error = (found - measured).length() / measured.length();
-        assert!(error < 0.1, "along {axis}: {found} {measured}");
+        // Along some directions the change is nearly nothing: errors count against the largest.
+        let largest = record.translation.col(2).length();
+        let error = (found.z - measured.z).abs() / largest;
+        assert!(error < 0.1, "along {axis}: {found} {measured}, {largest}");
 
-        let turn = 0.05;
+        let turn = 0.2f32;
         let about = Vec3::Y.cross(axis).normalize();
         let turned = |angle: f32| Quat::from_axis_angle(about, angle) * Vec3::Y;
         let measured = (at(p, turned(turn)).irradiance - at(p, turned(-turn)).irradiance) / 2.0;
         let found = record.rotation.transpose() * Vec3::Y.cross(turned(turn));
-        let error = (found - measured).length() / measured.length();
-        assert!(error < 0.1, "towards {axis}: {found} {measured}");
+        let largest = record.rotation.col(2).length() * turn.sin();
+        let error = (found.z - measured.z).abs() / largest;
+        assert!(
+            error < 0.05,
+            "towards {axis}: {found} {measured}, {largest}"
+        );
     }
 }
 
