@@ -6,12 +6,10 @@ use super::args::{ContenderArgs, RenderArgs};
 use super::exit::{self, Failure};
 use super::run::set_threads;
 use crate::experiment::Override;
-use crate::image::{Attributes, Image, Layer, write_exr, write_png};
+use crate::image::{Attributes, Layer, write_exr, write_png};
 use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
-use crate::technique::{
-    Contender, Film, Frame, Method, Rendered, Stages, Technique, reference_pass,
-};
+use crate::technique::{Contender, Film, Frame, Method, Passes, Rendered, Stages, Technique};
 use crate::trace::{RayCounter, Tracer};
 
 /// A contender that was checked, and its loaded scene.
@@ -145,28 +143,18 @@ fn default_budget(entry: &TechniqueEntry, [width, height]: [usize; 2]) -> usize 
 fn exact(technique: &dyn Technique, frame: &Frame) -> Rendered {
     let counter = RayCounter::default();
     let mut stages = Stages::default();
-    let samples = technique.reference_samples(frame.spp);
     let function = technique.shading_function(frame);
-    let mut sums = vec![[0.0f64; 3]; frame.pixels()];
-    let mut non_finite = 0;
+    let mut passes = Passes::new(frame, function.as_ref());
     stages.time("rendering", || {
-        for sample in 0..samples {
-            let (pass, dropped) = reference_pass(function.as_ref(), frame, sample, &counter);
-            non_finite += dropped;
-            for (sum, value) in sums.iter_mut().zip(&pass.pixels) {
-                (0..3).for_each(|c| sum[c] += f64::from(value[c]));
-            }
+        for _ in 0..technique.reference_samples(frame.spp) {
+            passes.add(&counter);
         }
     });
-    let mut image = Image::new(frame.width, frame.height);
-    for (pixel, sum) in image.pixels.iter_mut().zip(&sums) {
-        *pixel = sum.map(|s| (s / f64::from(samples)) as f32);
-    }
     Rendered {
-        image,
+        image: passes.mean(),
         rays: counter.read(),
         stages,
-        non_finite,
+        non_finite: passes.non_finite,
         ..Rendered::default()
     }
 }

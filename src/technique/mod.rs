@@ -12,6 +12,7 @@ mod frame;
 pub mod importance_caching;
 pub mod irradiance_caching;
 mod method;
+mod passes;
 mod per_sample;
 pub mod truth;
 
@@ -19,6 +20,7 @@ pub use cached::{CachedFunction, Lookup, RecordSite};
 pub use distribution::Distribution;
 pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
 pub use method::Method;
+pub use passes::Passes;
 pub use per_sample::{PER_SAMPLE, PerSample};
 
 use rayon::prelude::*;

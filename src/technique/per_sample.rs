@@ -7,10 +7,7 @@
 use serde::Deserialize;
 
 use super::cached::CachedTechnique;
-use super::{
-    Contender, Frame, Method, RecordSite, Rendered, Stages, reference_pass, shading_points,
-};
-use crate::image::Image;
+use super::{Contender, Frame, Method, Passes, RecordSite, Rendered, Stages, shading_points};
 use crate::registry::{self, About, Bias, MethodEntry, Parameter};
 use crate::trace::RayCounter;
 
@@ -75,29 +72,19 @@ pub(super) fn render(
     let most = method.passes.map_or(MOST_PASSES, |passes| passes.get());
     let counter = RayCounter::default();
     let function = technique.estimator(frame, contender.seed);
-    let mut sums = vec![[0.0f64; 3]; frame.pixels()];
-    let mut passes = 0;
+    let mut passes = Passes::new(frame, function.as_ref());
     let mut spent = 0;
-    while passes < most && (passes == 0 || spent < budget) {
-        let (pass, non_finite) = stages.time("rendering", || {
-            reference_pass(function.as_ref(), frame, passes, &counter)
-        });
-        rendered.non_finite += non_finite;
-        for (sum, value) in sums.iter_mut().zip(&pass.pixels) {
-            (0..3).for_each(|c| sum[c] += f64::from(value[c]));
-        }
-        passes += 1;
+    while passes.count < most && (passes.count == 0 || spent < budget) {
+        stages.time("rendering", || passes.add(&counter));
         let rays = counter.read();
         spent = rays.closest + rays.shadow;
     }
-    rendered.image = Image::new(frame.width, frame.height);
-    for (pixel, sum) in rendered.image.pixels.iter_mut().zip(&sums) {
-        *pixel = sum.map(|s| (s / f64::from(passes)) as f32);
-    }
+    rendered.image = passes.mean();
+    rendered.non_finite = passes.non_finite;
     rendered.rays = counter.read();
-    rendered.bytes_peak = frame.tracer.bytes() + sums.len() * size_of::<[f64; 3]>();
+    rendered.bytes_peak = frame.tracer.bytes() + passes.bytes();
     rendered.stages = stages;
-    rendered.found.push(("passes", f64::from(passes)));
+    rendered.found.push(("passes", f64::from(passes.count)));
     if budget != u64::MAX {
         rendered.found.push(("rays_of_records", budget as f64));
     }

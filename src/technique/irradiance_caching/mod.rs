@@ -22,8 +22,8 @@ use self::paths::{Layer, LayerPaths};
 use self::records::IrradianceRecords;
 use super::cached::{self, CachedTechnique};
 use super::{
-    CachedFunction, Contender, Frame, Lookup, Method, Rendered, Seen, ShadingFunction, Technique,
-    reference_pass,
+    CachedFunction, Contender, Frame, Lookup, Method, Passes, Rendered, Seen, ShadingFunction,
+    Technique,
 };
 use crate::image::Image;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
@@ -178,19 +178,11 @@ impl IrradianceCaching {
             indirect: None,
             ..self.paths(frame, REFERENCE_SEED)
         };
-        let passes = self.reference_samples(frame.spp);
-        let mut sums = vec![[0.0f64; 3]; frame.pixels()];
-        for pass in 0..passes {
-            let (image, _) = reference_pass(&function, frame, pass, counter);
-            for (sum, value) in sums.iter_mut().zip(&image.pixels) {
-                (0..3).for_each(|c| sum[c] += f64::from(value[c]));
-            }
+        let mut passes = Passes::new(frame, &function);
+        for _ in 0..self.reference_samples(frame.spp) {
+            passes.add(counter);
         }
-        let mut image = Image::new(frame.width, frame.height);
-        for (pixel, sum) in image.pixels.iter_mut().zip(&sums) {
-            *pixel = sum.map(|s| (s / f64::from(passes)) as f32);
-        }
-        let image = Arc::new(image);
+        let image = Arc::new(passes.mean());
         *kept = Some((key, image.clone()));
         image
     }
