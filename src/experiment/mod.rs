@@ -1,5 +1,6 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
+mod caught;
 mod check;
 mod claim;
 mod config;

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::caught::caught;
 use super::light_files::write_lights;
 use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
@@ -209,7 +210,7 @@ impl Runner {
             maps: true,
             ..CompareOptions::default()
         };
-        let result = technique.render(frame, &contender).and_then(|rendered| {
+        let result = caught(|| technique.render(frame, &contender)).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
             self.progress.spend("settings not kept", uncharged);
             self.progress
