@@ -9,11 +9,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::cached::{self, CachedTechnique};
-use super::{
-    CachedFunction, Contender, Frame, Lookup, RecordSite, Rendered, Seen, ShadingFunction, Site,
-    Technique,
-};
+use super::cached::CachedTechnique;
+use super::{CachedFunction, Frame, Lookup, RecordSite, Seen, ShadingFunction, Site, Technique};
 use crate::cache::Neighbour;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
@@ -170,17 +167,8 @@ impl Technique for AmbientOcclusion {
         4 + 8 * self.directions.len().div_ceil(64) as u64
     }
 
-    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        cached::render(self, frame, contender)
-    }
-
-    fn replay(
-        &self,
-        frame: &Frame,
-        contender: &Contender,
-        pixel: u32,
-    ) -> Result<Vec<String>, String> {
-        cached::replay(self, frame, contender, pixel)
+    fn cached(&self) -> Option<&dyn CachedTechnique> {
+        Some(self)
     }
 }
 

@@ -16,7 +16,7 @@ mod passes;
 mod per_sample;
 pub mod truth;
 
-pub use cached::{CachedFunction, Lookup, RecordSite};
+pub use cached::{CachedFunction, CachedTechnique, Lookup, RecordSite};
 pub use distribution::Distribution;
 pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
 pub use method::Method;
@@ -29,6 +29,9 @@ use crate::environment::LightSet;
 use crate::image::Image;
 use crate::scene::{Needs, Scene};
 use crate::trace::{Caster, RayCounter, RayCounts};
+
+/// What a truth says to a contender.
+const NO_CONTENDERS: &str = "this technique has one method only: reference";
 
 /// A technique with its parameters set.
 pub trait Technique: Send + Sync {
@@ -61,19 +64,37 @@ pub trait Technique: Send + Sync {
         0
     }
 
+    /// This technique as one of records; `None` where contenders are something else, or nothing.
+    fn cached(&self) -> Option<&dyn CachedTechnique> {
+        None
+    }
+
     /// Renders one contender.
     ///
     /// # Errors
     /// A sentence, for methods that the technique does not take or that need what is not there.
-    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String>;
+    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
+        match self.cached() {
+            Some(technique) => cached::render(technique, frame, contender),
+            None => Err(NO_CONTENDERS.into()),
+        }
+    }
 
     /// What went into one pixel (row-major index) of a contender, a line each.
+    ///
+    /// # Errors
+    /// As [`Technique::render`].
     fn replay(
         &self,
         frame: &Frame,
         contender: &Contender,
         pixel: u32,
-    ) -> Result<Vec<String>, String>;
+    ) -> Result<Vec<String>, String> {
+        match self.cached() {
+            Some(technique) => cached::replay(technique, frame, contender, pixel),
+            None => Err(NO_CONTENDERS.into()),
+        }
+    }
 }
 
 /// The function that records approximate, evaluated where the camera sees it.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Contender, Frame, Rendered, ShadingFunction, Technique};
+use super::{Frame, ShadingFunction, Technique};
 use crate::registry::{self, About, Bias, Contenders, Parameter, TechniqueEntry};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
@@ -109,21 +109,6 @@ impl Technique for Truth {
     fn rays_per_evaluation(&self) -> u64 {
         1
     }
-
-    fn render(&self, _: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        Err(no_contender(contender))
-    }
-
-    fn replay(&self, _: &Frame, contender: &Contender, _: u32) -> Result<Vec<String>, String> {
-        Err(no_contender(contender))
-    }
-}
-
-fn no_contender(contender: &Contender) -> String {
-    format!(
-        "a truth has one method only, reference, not {}",
-        contender.method.id()
-    )
 }
 
 /// One path per pixel and sample, uniformly jittered in the pixel.

@@ -24,8 +24,8 @@ use serde::{Deserialize, Serialize};
 use self::distributions::Distributions;
 use self::estimator::{Heuristic, KINDS, Rule};
 use self::records::{ImportanceRecords, Settings};
-use super::cached::{self, CachedTechnique};
-use super::{CachedFunction, Contender, Frame, Lookup, Rendered, ShadingFunction, Technique};
+use super::cached::CachedTechnique;
+use super::{CachedFunction, Frame, Lookup, Rendered, ShadingFunction, Technique};
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::scene::{Needs, Scene};
 use crate::shade::{VirtualLights, VplOptions};
@@ -233,17 +233,8 @@ impl Technique for ImportanceCaching {
         Distributions::bytes_per_record(self.parameters.lights) as u64
     }
 
-    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        cached::render(self, frame, contender)
-    }
-
-    fn replay(
-        &self,
-        frame: &Frame,
-        contender: &Contender,
-        pixel: u32,
-    ) -> Result<Vec<String>, String> {
-        cached::replay(self, frame, contender, pixel)
+    fn cached(&self) -> Option<&dyn CachedTechnique> {
+        Some(self)
     }
 }
 

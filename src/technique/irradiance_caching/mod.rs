@@ -230,6 +230,10 @@ impl Technique for IrradianceCaching {
         6
     }
 
+    fn cached(&self) -> Option<&dyn CachedTechnique> {
+        Some(self)
+    }
+
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
         if let Method::OnDemand(method) = contender.method {
             let gathering = (method, Self::depths(frame), self.directions.len());
@@ -238,15 +242,6 @@ impl Technique for IrradianceCaching {
             return Ok(rendered);
         }
         cached::render(self, frame, contender)
-    }
-
-    fn replay(
-        &self,
-        frame: &Frame,
-        contender: &Contender,
-        pixel: u32,
-    ) -> Result<Vec<String>, String> {
-        cached::replay(self, frame, contender, pixel)
     }
 }
 
