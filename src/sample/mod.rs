@@ -1,7 +1,9 @@
 //! Counter-based random numbers, direction sets, warps and discrete distributions.
 
+mod additive;
 mod hemisphere;
 mod rng;
 
+pub use additive::additive;
 pub use hemisphere::{Frame, equal_area_hemisphere, square_to_hemisphere};
 pub use rng::{Rng, hash};

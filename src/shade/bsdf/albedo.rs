@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{LocalBsdf, Model};
+use crate::sample::additive;
 
 /// Points of the fixed set; few suffice because sampling follows the scattering closely.
 const POINTS: u32 = 32;
@@ -20,7 +21,7 @@ impl LocalBsdf<'_> {
             }
             _ => {
                 let weight = |i: u32| {
-                    let mut u = lattice(i);
+                    let mut u = additive([0.5; 3], i);
                     u[0] *= self.opacity;
                     self.sample(view, u).map_or(Vec3::ZERO, |s| s.weight)
                 };
@@ -28,16 +29,4 @@ impl LocalBsdf<'_> {
             }
         }
     }
-}
-
-/// Point `i` of a three-dimensional additive sequence (powers of the reciprocal of the real root of
-/// x⁴ = x + 1).
-fn lattice(i: u32) -> [f32; 3] {
-    const STEP: [f64; 3] = [
-        0.819_172_513_396_164_4,
-        0.671_043_606_703_789_3,
-        0.549_700_477_901_970_5,
-    ];
-    // The largest f32 below 1: rounding must not reach 1.
-    STEP.map(|s| ((0.5 + f64::from(i) * s).fract() as f32).min(1.0 - f32::EPSILON / 2.0))
 }

@@ -2,20 +2,13 @@
 
 use glam::Vec3;
 
-use crate::sample::{Rng, hash};
+use crate::sample::{Rng, additive, hash};
 use crate::shade::Depths;
 use crate::technique::{Frame, Seen, ShadingFunction};
 use crate::trace::Caster;
 
 /// Keys the paths of direct and of indirect light.
 const STREAMS: [u64; 2] = [0x6469_7265_6374, 0x696e_6469_7265];
-/// Steps of an additive sequence in three dimensions (powers of the reciprocal of the real root of
-/// x⁴ = x + 1): successive passes spread the first scattering evenly.
-const STEPS: [f64; 3] = [
-    0.819_172_513_396_164_4,
-    0.671_043_606_703_789_3,
-    0.549_700_477_901_970_5,
-];
 
 /// What of the light is in an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -91,13 +84,11 @@ impl LayerPaths<'_> {
     }
 }
 
-/// Point `pass` of the additive sequence, shifted for each pixel.
+/// Point `pass` of the additive sequence, shifted for each pixel: successive passes spread the first
+/// scattering evenly.
 fn spread(key: u64, pass: u32) -> [f32; 3] {
-    let mut axis = 0;
-    STEPS.map(|step| {
-        axis += 1;
-        let shift = Rng::new(key, axis, 0, 0).next_f64();
-        let u = (shift + f64::from(pass) * step).fract() as f32;
-        u.min(1.0 - f32::EPSILON / 2.0)
-    })
+    additive(
+        [1, 2, 3].map(|axis| Rng::new(key, axis, 0, 0).next_f64()),
+        pass,
+    )
 }
