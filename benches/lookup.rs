@@ -45,7 +45,7 @@ impl Kiddo<'_> {
                 if cosine >= least {
                     found.push(Neighbour {
                         record: item.item,
-                        distance: self.rule.metric.distance(item.distance, cosine),
+                        distance: self.rule.metric.distance(item.distance, 0.0, cosine),
                     });
                 }
             }

@@ -6,7 +6,7 @@ mod gbuffer;
 
 use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
 use lightbench::cache::{DistanceMetric, RecordSearch, SearchRule};
-use lightbench::placement::Refinable;
+use lightbench::placement::{Records, Refinable};
 use lightbench::registry::{first_stage, refinement};
 
 const RECORDS: usize = 120_000;
@@ -63,11 +63,11 @@ fn refinements(criterion: &mut Criterion) {
             .map(|(x, y)| (x ^ y).count_ones())
             .sum::<u32>() as f32
     };
-    let input = Refinable {
+    let mut input = Refinable {
         points: &points,
         sites: &sites,
         search: &search,
-        difference: &difference,
+        records: &mut Compared(difference),
     };
     let mut group = criterion.benchmark_group("refinement");
     group.sampling_mode(SamplingMode::Flat).sample_size(10);
@@ -77,13 +77,28 @@ fn refinements(criterion: &mut Criterion) {
         let method = (entry.build)(&table).expect("valid parameters");
         println!(
             "{id} {parameters}: {:?}",
-            method.refine(&input, REFINED, 1).found
+            method.refine(&mut input, REFINED, 1).found
         );
         group.bench_function(format!("{id} {parameters}"), |b| {
-            b.iter(|| method.refine(&input, REFINED, 1));
+            b.iter(|| method.refine(&mut input, REFINED, 1));
         });
     }
     group.finish();
+}
+
+/// Records that are compared only.
+struct Compared<F>(F);
+
+impl<F: Fn(u32, u32) -> f32 + Sync> Records for Compared<F> {
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        self.0(a, b)
+    }
+
+    fn predict(&self, _: u32, _: u32) -> glam::Vec3 {
+        glam::Vec3::ZERO
+    }
+
+    fn add(&mut self, _: &[u32]) {}
 }
 
 criterion_group!(benches, placement, refinements);

@@ -1,10 +1,12 @@
 //! The one table of methods.
 
+use crate::cache::Interpolation;
+use crate::cache::interpolation::{gradient, inverse_distance};
 use crate::environment::{
     EnvironmentSampler, decomposition, fhis, kollig_keller, median_cut, mis, tmms,
     variance_minimization,
 };
-use crate::placement::{FirstStage, Refinement, adaptive, dgs, im, sd, vgc};
+use crate::placement::{FirstStage, Refinement, adaptive, dgs, egr, im, sd, vgc};
 use crate::technique::irradiance_caching::on_demand;
 use crate::technique::{
     Method, PER_SAMPLE, Technique, ambient_occlusion, environment_lighting, importance_caching,
@@ -25,7 +27,10 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
 pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
 
 /// All refinements of placement.
-pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY];
+pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY, egr::ENTRY];
+
+/// All rules of interpolation between records.
+pub const INTERPOLATIONS: &[InterpolationEntry] = &[inverse_distance::ENTRY, gradient::ENTRY];
 
 /// All samplers of environment maps.
 pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
@@ -69,6 +74,13 @@ pub fn first_stage(id: &str) -> Option<&'static FirstStageEntry> {
 /// The refinement with this id or alias, in any case.
 pub fn refinement(id: &str) -> Option<&'static RefinementEntry> {
     REFINEMENTS.iter().find(|entry| entry.about.answers_to(id))
+}
+
+/// The rule of interpolation with this id or alias, in any case.
+pub fn interpolation(id: &str) -> Option<&'static InterpolationEntry> {
+    INTERPOLATIONS
+        .iter()
+        .find(|entry| entry.about.answers_to(id))
 }
 
 /// How a method's error behaves as its budget grows.
@@ -139,7 +151,15 @@ pub struct FirstStageEntry {
 /// A refinement of placement.
 pub struct RefinementEntry {
     pub about: About,
+    /// How its records are interpolated unless the method says otherwise.
+    pub interpolation: &'static InterpolationEntry,
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
+}
+
+/// A rule of interpolation between records.
+pub struct InterpolationEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<Interpolation, ParameterError>,
 }
 
 /// A sampler of environment maps.

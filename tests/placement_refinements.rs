@@ -7,7 +7,7 @@ use std::sync::Mutex;
 
 use glam::Vec3;
 use lightbench::cache::{DistanceMetric, RecordSearch, SearchRule, ShadingPoints};
-use lightbench::placement::{Placement, Refinable, Refinement};
+use lightbench::placement::{self, Placement, Refinable, Refinement};
 use lightbench::registry::{REFINEMENTS, first_stage, refinement};
 use placement_scenes::*;
 
@@ -36,10 +36,48 @@ struct Records<'a> {
     sites: Vec<u32>,
     search: RecordSearch,
     values: Vec<f32>,
+    shade: fn(Vec3) -> f32,
+}
+
+/// The values alone, as refinements see them.
+struct Values<'a> {
+    points: &'a ShadingPoints,
+    shade: fn(Vec3) -> f32,
+    values: Vec<f32>,
+}
+
+impl placement::Records for Values<'_> {
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        (self.values[a as usize] - self.values[b as usize]).abs()
+    }
+
+    fn predict(&self, record: u32, _: u32) -> Vec3 {
+        Vec3::splat(self.values[record as usize])
+    }
+
+    fn add(&mut self, points: &[u32]) {
+        let value = |&i: &u32| (self.shade)(self.points.position[i as usize]);
+        self.values.extend(points.iter().map(value));
+    }
+}
+
+/// Refinements that compare nothing twice, or nothing at all.
+struct Compared<F>(F);
+
+impl<F: Fn(u32, u32) -> f32 + Sync> placement::Records for Compared<F> {
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        self.0(a, b)
+    }
+
+    fn predict(&self, _: u32, _: u32) -> Vec3 {
+        Vec3::ZERO
+    }
+
+    fn add(&mut self, _: &[u32]) {}
 }
 
 impl<'a> Records<'a> {
-    fn new(points: &'a ShadingPoints, count: usize, shade: impl Fn(Vec3) -> f32) -> Self {
+    fn new(points: &'a ShadingPoints, count: usize, shade: fn(Vec3) -> f32) -> Self {
         let stage = (first_stage("im").expect("registered").build)(&toml::Table::new());
         let sites = stage.expect("defaults").place(points, count, 5).sites;
         let (p, n): (Vec<Vec3>, Vec<Vec3>) = sites
@@ -52,16 +90,20 @@ impl<'a> Records<'a> {
             search: RecordSearch::new(&p, &n, SearchRule::paper(metric)),
             values: p.into_iter().map(shade).collect(),
             sites,
+            shade,
         }
     }
 
-    fn with<T>(&self, act: impl FnOnce(&Refinable) -> T) -> T {
-        let difference = |a: u32, b: u32| (self.values[a as usize] - self.values[b as usize]).abs();
-        act(&Refinable {
+    fn with<T>(&self, act: impl FnOnce(&mut Refinable) -> T) -> T {
+        act(&mut Refinable {
             points: self.points,
             sites: &self.sites,
             search: &self.search,
-            difference: &difference,
+            records: &mut Values {
+                points: self.points,
+                shade: self.shade,
+                values: self.values.clone(),
+            },
         })
     }
 
@@ -189,14 +231,14 @@ fn one_pixel_that_differs_is_taken_and_the_rest_is_uniform() {
     let mut sites: Vec<u32> = vec![0, 2];
     sites.extend(20..30);
     let search = RecordSearch::new(&[], &[], SearchRule::spatial(6));
-    let input = Refinable {
+    let mut input = Refinable {
         points: &lonely,
         sites: &sites,
         search: &search,
-        difference: &|_, _| 0.0,
+        records: &mut Compared(|_, _| 0.0),
     };
     // Points 0, 1 and 2 see the turned normal; 0 and 2 are records, so only 1 has a value.
-    let placement = method.refine(&input, 10, 1);
+    let placement = method.refine(&mut input, 10, 1);
     assert_eq!(placement.sites.len(), 10);
     assert_eq!(placement.sites[0], 1);
     assert!(
@@ -263,14 +305,14 @@ fn every_pair_is_compared_once() {
         assert!(new, "{a} and {b} again");
         1.0
     };
-    let input = Refinable {
+    let mut input = Refinable {
         points: &points,
         sites: &records.sites,
         search: &records.search,
-        difference: &difference,
+        records: &mut Compared(difference),
     };
     for method in ["dgs", "as"] {
-        build(method, "").refine(&input, 50, 1);
+        build(method, "").refine(&mut input, 50, 1);
         let mut seen = seen.lock().expect("no panic");
         assert!(seen.len() > 300, "{method}: {}", seen.len());
         seen.clear();

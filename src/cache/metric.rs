@@ -1,4 +1,4 @@
-//! The combined distance of positions and normals, and the weights made of it.
+//! Distances between positions with normals, and the weights made of them.
 
 use super::search::Neighbour;
 
@@ -48,12 +48,57 @@ impl DistanceMetric {
     }
 }
 
-/// Writes the normalised inverse-distance weights of `neighbours`; `weights` must be as long.
+/// A distance that grows fast off the tangent plane: `D² = |Δp|² + (across · pl)² + bend² (1 − n·n′)`
+/// with `pl` the larger of the distances of either point from the other's tangent plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TangentMetric {
+    /// Weight of the distance from the tangent plane.
+    pub across: f32,
+    /// Length that a bend of 90° counts as, scene units.
+    pub bend: f32,
+}
+
+impl TangentMetric {
+    /// D for a squared Euclidean distance, the distance from the tangent plane and the cosine of
+    /// the angle between the normals. NaN only if an argument is.
+    #[inline]
+    pub fn distance(self, squared: f32, plane: f32, cosine: f32) -> f32 {
+        let off = self.across * plane;
+        let turn = self.bend * self.bend * (1.0 - cosine);
+        // Rounding of a dot product may leave it a little negative.
+        let turn = if turn > 0.0 { turn } else { 0.0 };
+        (squared + off * off + turn).sqrt()
+    }
+}
+
+/// What the records of a lookup are ranked by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ranking {
+    Combined(DistanceMetric),
+    Tangent(TangentMetric),
+}
+
+impl Ranking {
+    /// The distance, at least √`squared`; of [`Ranking::Combined`] `plane` is not looked at.
+    #[inline]
+    pub fn distance(self, squared: f32, plane: f32, cosine: f32) -> f32 {
+        match self {
+            Self::Combined(metric) => metric.distance(squared, cosine),
+            Self::Tangent(metric) => metric.distance(squared, plane, cosine),
+        }
+    }
+}
+
+/// Writes the normalised weights `1 / Dᵖ` of `neighbours`, p = `power`; `weights` must be as long.
 ///
 /// Distances are raised to 1e-6 · `diagonal`; neighbours closer than 1e-9 · `diagonal` share all
 /// the weight equally, so that a query at a record returns that record's value and coincident
 /// records return their mean. Weights sum to 1 within rounding.
-pub fn inverse_distance_weights(neighbours: &[Neighbour], diagonal: f32, weights: &mut [f32]) {
+pub fn inverse_distance_weights(
+    neighbours: &[Neighbour],
+    (diagonal, power): (f32, i32),
+    weights: &mut [f32],
+) {
     let exact = |n: &Neighbour| n.distance <= 1e-9 * diagonal;
     let coincident = neighbours.iter().filter(|n| exact(n)).count();
     let pairs = weights.iter_mut().zip(neighbours);
@@ -63,7 +108,7 @@ pub fn inverse_distance_weights(neighbours: &[Neighbour], diagonal: f32, weights
         return;
     }
     let least = f64::from(diagonal) * 1e-6;
-    let inverse = |n: &Neighbour| 1.0 / f64::from(n.distance).max(least);
+    let inverse = |n: &Neighbour| f64::from(n.distance).max(least).powi(-power);
     let total: f64 = neighbours.iter().map(inverse).sum();
     pairs.for_each(|(weight, n)| *weight = (inverse(n) / total) as f32);
 }
@@ -81,7 +126,7 @@ mod tests {
             })
             .collect();
         let mut out = vec![9.0; distances.len()];
-        inverse_distance_weights(&neighbours, diagonal, &mut out);
+        inverse_distance_weights(&neighbours, (diagonal, 1), &mut out);
         out
     }
 

@@ -1,11 +1,13 @@
 //! Shading points, nearest-record search and interpolation weights, shared by cached techniques.
 
+pub mod interpolation;
 mod metric;
 mod points;
 mod search;
 mod tile;
 mod tree;
 
-pub use metric::{DistanceMetric, inverse_distance_weights};
+pub use interpolation::{Gradient, Interpolation};
+pub use metric::{DistanceMetric, Ranking, TangentMetric, inverse_distance_weights};
 pub use points::{NO_POINT, ShadingPoints};
 pub use search::{Neighbour, RecordSearch, SearchRule};

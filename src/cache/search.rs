@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::metric::DistanceMetric;
+use super::metric::{DistanceMetric, Ranking};
 use super::tile::{Query, Tile};
 use super::tree::{Box3, RecordTree};
 
@@ -21,7 +21,7 @@ pub struct SearchRule {
     pub used: usize,
     /// Largest angle between normals, degrees (θ_max); from 180 on there is no filter.
     pub max_angle_deg: f32,
-    pub metric: DistanceMetric,
+    pub metric: Ranking,
 }
 
 impl SearchRule {
@@ -31,7 +31,7 @@ impl SearchRule {
             candidates: 20,
             used: 6,
             max_angle_deg: 30.0,
-            metric,
+            metric: Ranking::Combined(metric),
         }
     }
 
@@ -41,7 +41,7 @@ impl SearchRule {
             candidates: count,
             used: count,
             max_angle_deg: 180.0,
-            metric: DistanceMetric { lambda: 0.0 },
+            metric: Ranking::Combined(DistanceMetric { lambda: 0.0 }),
         }
     }
 }

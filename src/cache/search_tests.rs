@@ -30,11 +30,16 @@ fn brute_force(
     if left.is_empty() {
         left = nearest;
     }
+    let plane = |i: usize| {
+        let d = positions[i] - p;
+        let along = |n: Vec3| (d.x * n.x + d.y * n.y + d.z * n.z).abs();
+        along(n).max(along(normals[i]))
+    };
     let mut found: Vec<Neighbour> = left
         .into_iter()
         .map(|i| Neighbour {
             record: i as u32,
-            distance: rule.metric.distance(squared(i), cosine(i)),
+            distance: rule.metric.distance(squared(i), plane(i), cosine(i)),
         })
         .collect();
     found.sort_by(|a, b| {

@@ -2,6 +2,7 @@
 
 use glam::Vec3A;
 
+use super::metric::Ranking;
 use super::search::{Neighbour, RecordSearch};
 use super::tree::{Box3, squared_distance};
 
@@ -231,7 +232,8 @@ impl Tile {
             let cosine = cosine(group, lane, query);
             if cosine >= least_cosine {
                 let squared = f32::from_bits(bits);
-                let distance = search.rule().metric.distance(squared, cosine);
+                let plane = plane_distance(group, lane, query);
+                let distance = search.rule().metric.distance(squared, plane, cosine);
                 self.chosen.insert(squared, record, distance);
             }
         }
@@ -278,14 +280,31 @@ impl Chosen {
     }
 }
 
-/// Squared distances of a group's records, and combined distances (NaN where the normals
+/// Squared distances of a group's records, and distances of the rule (NaN where the normals
 /// are too different).
 #[inline]
 fn measure(group: &Group, query: &Query, search: &RecordSearch) -> ([f32; LANES], [f32; LANES]) {
+    match search.rule().metric {
+        Ranking::Combined(metric) => {
+            let distance = |squared, cosine, _| metric.distance(squared, cosine);
+            measure_by(group, query, (search.least_cosine, distance))
+        }
+        Ranking::Tangent(metric) => {
+            let distance = |squared, cosine, plane| metric.distance(squared, plane, cosine);
+            measure_by(group, query, (search.least_cosine, distance))
+        }
+    }
+}
+
+#[inline]
+fn measure_by(
+    group: &Group,
+    query: &Query,
+    (least_cosine, distance): (f32, impl Fn(f32, f32, f32) -> f32),
+) -> ([f32; LANES], [f32; LANES]) {
     let mut squared = [0.0; LANES];
-    let mut combined = [0.0; LANES];
-    let metric = search.rule().metric;
-    let (p, n) = (query.position, query.normal);
+    let mut ranked = [0.0; LANES];
+    let p = query.position;
     for lane in 0..LANES {
         let (dx, dy, dz) = (
             group.x[lane] - p.x,
@@ -293,15 +312,34 @@ fn measure(group: &Group, query: &Query, search: &RecordSearch) -> ([f32; LANES]
             group.z[lane] - p.z,
         );
         squared[lane] = dx * dx + dy * dy + dz * dz;
-        let cosine = group.nx[lane] * n.x + group.ny[lane] * n.y + group.nz[lane] * n.z;
-        let distance = metric.distance(squared[lane], cosine);
-        combined[lane] = if cosine >= search.least_cosine {
+        let cosine = cosine(group, lane, query);
+        let plane = plane_distance(group, lane, query);
+        let distance = distance(squared[lane], cosine, plane);
+        ranked[lane] = if cosine >= least_cosine {
             distance
         } else {
             f32::NAN
         };
     }
-    (squared, combined)
+    (squared, ranked)
+}
+
+/// The larger of the distances of record and query from each other's tangent plane.
+#[inline]
+fn plane_distance(group: &Group, lane: usize, query: &Query) -> f32 {
+    let (p, n) = (query.position, query.normal);
+    let (dx, dy, dz) = (
+        group.x[lane] - p.x,
+        group.y[lane] - p.y,
+        group.z[lane] - p.z,
+    );
+    let of_query = (dx * n.x + dy * n.y + dz * n.z).abs();
+    let of_record = (dx * group.nx[lane] + dy * group.ny[lane] + dz * group.nz[lane]).abs();
+    if of_query > of_record {
+        of_query
+    } else {
+        of_record
+    }
 }
 
 #[inline]

@@ -4,14 +4,15 @@ use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
 use crate::environment::embedded_maps;
 use crate::registry::{
-    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, OTHER_METHODS, REFINEMENTS, TECHNIQUES,
+    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, INTERPOLATIONS, OTHER_METHODS, REFINEMENTS, TECHNIQUES,
 };
 use crate::scene::{find_scene, shipped_scenes};
 
-const KINDS: [&str; 7] = [
+const KINDS: [&str; 8] = [
     "techniques",
     "distributions",
     "refinements",
+    "interpolations",
     "methods",
     "samplers",
     "scenes",
@@ -23,11 +24,13 @@ fn entries() -> Vec<(&'static str, &'static About)> {
     let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
     let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
     let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
+    let interpolations = INTERPOLATIONS.iter().map(|e| ("interpolations", &e.about));
     let others = OTHER_METHODS.iter().map(|e| ("methods", &e.about));
     let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| ("samplers", &e.about));
     techniques
         .chain(first)
         .chain(refinements)
+        .chain(interpolations)
         .chain(others)
         .chain(samplers)
         .collect()

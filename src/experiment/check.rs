@@ -88,8 +88,10 @@ impl Names<'_> {
         let parameter = |column: &str| {
             let first = crate::registry::FIRST_STAGES.iter().map(|e| &e.about);
             let refinements = crate::registry::REFINEMENTS.iter().map(|e| &e.about);
+            let interpolations = crate::registry::INTERPOLATIONS.iter().map(|e| &e.about);
             first
                 .chain(refinements)
+                .chain(interpolations)
                 .any(|about| about.parameters.iter().any(|p| p.key == column))
         };
         if NUMBER_COLUMNS.contains(&column)

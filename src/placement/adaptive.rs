@@ -11,6 +11,7 @@ use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement, check};
 use crate::cache::{RecordSearch, SearchRule};
+use crate::cache::interpolation::inverse_distance;
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
 use crate::sample::Rng;
 
@@ -77,6 +78,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
         ],
     },
     build,
+    interpolation: &inverse_distance::ENTRY,
 };
 
 fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
@@ -110,7 +112,7 @@ impl Refinement for Adaptive {
     ///
     /// *differs:* the point for a proposal is the best of the 20 spatially nearest to its target,
     /// not of all.
-    fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement {
+    fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement {
         let pairs = self.pairs(input);
         let mut taken = vec![false; input.points.len()];
         for &site in input.sites {
@@ -153,7 +155,7 @@ impl Adaptive {
         let near = self.neighbours(input);
         let difference = |&(a, b): &(u32, u32)| Pair {
             records: (a, b),
-            difference: (input.difference)(a, b),
+            difference: input.records.difference(a, b),
         };
         let ordered = |i: u32, k: u32| (i.min(k), i.max(k));
         let mut all: Vec<(u32, u32)> = near
@@ -190,7 +192,7 @@ impl Adaptive {
             max_angle_deg: PAIR_ANGLE_DEG,
             metric: input.search.rule().metric,
         };
-        let (p, n) = input.records();
+        let (p, n) = input.placed();
         let search = RecordSearch::new(&p, &n, rule);
         search.map(&p, &n, |i, found| {
             let others = found.iter().map(|f| f.record).filter(|&k| k as usize != i);

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::discontinuity::{Recipe, draw, measure};
 use super::{Placement, Refinable, Refinement, check};
 use crate::cache::NO_POINT;
+use crate::cache::interpolation::inverse_distance;
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
 
 /// Which terms of eq. 4 are used.
@@ -89,6 +90,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
         ],
     },
     build,
+    interpolation: &inverse_distance::ENTRY,
 };
 
 fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
@@ -124,7 +126,7 @@ impl Refinement for DiscontinuityGuided {
     /// A row by its marginal, a pixel of it by its conditional probability; a pixel that is drawn
     /// again is drawn anew. Where too few pixels have a positive value all of them are taken and
     /// the rest is uniformly random.
-    fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement {
+    fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement {
         let (map, pairs) = measure(input, self.recipe());
         let picture = picture(input, &map);
         let (sites, by_importance) = draw(input, map, (count, seed));

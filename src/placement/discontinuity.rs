@@ -61,7 +61,7 @@ fn differences(input: &Refinable, records: usize) -> (Vec<Spread>, usize) {
             used: records,
             ..*input.search.rule()
         };
-        let (positions, normals) = input.records();
+        let (positions, normals) = input.placed();
         own = RecordSearch::new(&positions, &normals, rule);
         &own
     };

@@ -6,7 +6,9 @@ pub mod adaptive;
 mod cones;
 mod cut;
 pub mod dgs;
+mod disagreement;
 mod discontinuity;
+pub mod egr;
 mod hierarchy;
 pub mod im;
 mod members;
@@ -45,20 +47,32 @@ pub trait FirstStage: Send + Sync {
     }
 }
 
+/// The records of a job, as a refinement knows them: by index, in order of creation.
+pub trait Records: Sync {
+    /// Summed absolute difference of the gathering samples of two records.
+    fn difference(&self, a: u32, b: u32) -> f32;
+
+    /// What a record alone says of a shading point (index), linear RGB as in the image.
+    fn predict(&self, record: u32, point: u32) -> Vec3;
+
+    /// Evaluates shading points, which become the next records.
+    fn add(&mut self, points: &[u32]);
+}
+
 /// What a refinement sees.
 pub struct Refinable<'a> {
     pub points: &'a ShadingPoints,
-    /// Records in order of creation: indices into `points`.
+    /// Records of the first stage in order of creation: indices into `points`.
     pub sites: &'a [u32],
-    /// Search over those records.
+    /// Search over those records, by the rule of the job's interpolation.
     pub search: &'a RecordSearch,
-    /// Summed absolute difference of the gathering samples of two records (indices into `sites`).
-    pub difference: &'a (dyn Fn(u32, u32) -> f32 + Sync),
+    /// Their values, and where new ones are made.
+    pub records: &'a mut dyn Records,
 }
 
 impl Refinable<'_> {
     /// Positions and normals of the records.
-    fn records(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+    fn placed(&self) -> (Vec<Vec3>, Vec<Vec3>) {
         let sites = self.sites.iter().map(|&i| i as usize);
         sites
             .map(|i| (self.points.position[i], self.points.normal[i]))
@@ -71,8 +85,9 @@ pub trait Refinement: Send + Sync {
     /// Share of the budget that is kept back for this stage (R).
     fn ratio(&self) -> f64;
 
-    /// `count` distinct points that are not yet records, or as many as there are.
-    fn refine(&self, input: &Refinable, count: usize, seed: u64) -> Placement;
+    /// `count` distinct points that are not yet records, or as many as there are. It may make
+    /// records of the first of them on the way; those it makes are the first it returns.
+    fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement;
 }
 
 /// Refuses a parameter that is given but does not fit.

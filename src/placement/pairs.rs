@@ -40,7 +40,7 @@ pub(super) fn spreads(input: &Refinable, nearest: &[u32], stride: usize) -> (Vec
     pairs.dedup();
     let values: Vec<f32> = pairs
         .par_iter()
-        .map(|&pair| (input.difference)((pair >> 32) as u32, pair as u32))
+        .map(|&pair| input.records.difference((pair >> 32) as u32, pair as u32))
         .collect();
     let spreads = tables
         .par_iter_mut()

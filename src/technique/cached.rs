@@ -9,23 +9,27 @@ use super::{
     Stages, Technique, per_sample, shading_points,
 };
 use crate::cache::{
-    DistanceMetric, Neighbour, RecordSearch, SearchRule, ShadingPoints, inverse_distance_weights,
+    DistanceMetric, Interpolation, Neighbour, Ranking, RecordSearch, SearchRule, ShadingPoints,
+    inverse_distance_weights,
 };
 use crate::image::Image;
 use crate::metric::pixel_errors;
-use crate::placement::{FirstStage, Refinable, Refinement};
+use crate::placement::{self, FirstStage, Records as _, Refinable};
 use crate::sample::hash;
 use crate::trace::{Caster, RayCounter};
 
 /// A technique whose contenders are records of one function.
 pub trait CachedTechnique: Technique {
-    /// The function without records, for one job, and its run-time rule. `seed` keys random choices
-    /// of its records.
+    /// The function without records, for one job, and its run-time rule. `how` says
+    /// how records will be interpolated and which seed keys random choices of them.
+    ///
+    /// # Errors
+    /// A sentence, if its records cannot be interpolated so.
     fn function<'a>(
         &'a self,
         frame: &'a Frame<'a>,
-        seed: u64,
-    ) -> (Box<dyn CachedFunction + 'a>, Lookup);
+        how: (Interpolation, u64),
+    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String>;
 
     /// A random estimate of the function at every sample, for the contender without records; its
     /// samples count passes.
@@ -65,6 +69,12 @@ pub trait CachedFunction: Sync {
 
     /// Summed absolute difference of the gathering samples of two records.
     fn difference(&self, a: u32, b: u32) -> f32;
+
+    /// What a record alone says of a shading point, linear RGB.
+    fn predict(&self, record: u32, of: &Site) -> Vec3;
+
+    /// Length within which the function changes, scene units: positive and finite.
+    fn length(&self) -> f32;
 
     /// The value of a camera sample from its neighbours and their weights, which sum to 1. There
     /// are none when the lookup misses: no record, or none that may be used.
@@ -140,10 +150,10 @@ impl Lookup {
             candidates: self.candidates,
             used: self.used,
             max_angle_deg: self.max_angle_deg,
-            metric: match self.lambda_scaled {
+            metric: Ranking::Combined(match self.lambda_scaled {
                 None => DistanceMetric::literal(diagonal, metres),
                 Some(kappa) => DistanceMetric::scaled(kappa, diagonal),
-            },
+            }),
         }
     }
 }
@@ -178,10 +188,9 @@ fn render_distribution(
     distribution: &Distribution,
 ) -> Result<Rendered, String> {
     let candidates = distribution.first.candidates();
-    let refinement = distribution.refinement.as_deref();
     let job = (technique, frame, contender);
     if candidates.is_empty() {
-        return Ok(render_setting(job, distribution.first.as_ref(), refinement));
+        return render_setting(job, (distribution.first.as_ref(), distribution));
     }
     let reference = contender
         .reference
@@ -197,7 +206,8 @@ fn render_distribution(
     };
     let mut best: Option<(f64, usize, Rendered)> = None;
     for (index, first) in candidates.iter().enumerate() {
-        let rendered = render_setting((technique, frame, &trial), first.as_ref(), refinement);
+        let trial = (technique, frame, &trial);
+        let rendered = render_setting(trial, (first.as_ref(), distribution))?;
         let error = pixel_errors(reference, &rendered.image).mse;
         if best.as_ref().is_none_or(|(least, _, _)| error < *least) {
             best = Some((error, index, rendered));
@@ -205,7 +215,7 @@ fn render_distribution(
     }
     let (_, index, mut rendered) = best.ok_or("no setting to choose from")?;
     if noisy {
-        rendered = render_setting(job, candidates[index].as_ref(), refinement);
+        rendered = render_setting(job, (candidates[index].as_ref(), distribution))?;
     }
     rendered.notes.push(format!(
         "best of {} settings by RMSE against the reference; the others are not charged",
@@ -217,6 +227,7 @@ fn render_distribution(
 /// Finished records of one setting, ready to be looked up.
 struct Records<'a> {
     function: Box<dyn CachedFunction + 'a>,
+    interpolation: Interpolation,
     search: RecordSearch,
     points: ShadingPoints,
     /// Indices into `points`; the first `first_count` are of the first stage.
@@ -228,22 +239,19 @@ struct Records<'a> {
 
 /// What a setting is rendered for.
 type Job<'a> = (&'a dyn CachedTechnique, &'a Frame<'a>, &'a Contender<'a>);
+/// A first stage, and the distribution whose refinement and interpolation go with it.
+type Setting<'a> = (&'a dyn FirstStage, &'a Distribution);
 
-fn render_setting(
-    job: Job,
-    first: &dyn FirstStage,
-    refinement: Option<&dyn Refinement>,
-) -> Rendered {
+fn render_setting(job: Job, setting: Setting) -> Result<Rendered, String> {
     let (technique, frame, _) = job;
     let counter = RayCounter::default();
-    let records = place_and_evaluate(job, &counter, (first, refinement));
+    let mut records = place_and_evaluate(job, &counter, setting)?;
+    let mut rendered = std::mem::take(&mut records.rendered);
     let shader = Shader {
         frame,
-        function: records.function.as_ref(),
-        search: &records.search,
+        records: &records,
         counter: &counter,
     };
-    let mut rendered = records.rendered;
     let (image, lookups, non_finite) = rendered.stages.time("rendering", || shader.image());
     let points = &records.points;
     rendered.image = image;
@@ -263,17 +271,18 @@ fn render_setting(
     rendered.rays = counter.read();
     rendered.bytes_peak = records.function.bytes() + frame.tracer.bytes() + points.bytes();
     technique.finish(frame, &mut rendered);
-    rendered
+    Ok(rendered)
 }
 
 /// Everything before the image: both stages of placement, evaluation and the search structure.
 fn place_and_evaluate<'a>(
     (technique, frame, contender): Job<'a>,
     counter: &RayCounter,
-    (first, refinement): (&dyn FirstStage, Option<&dyn Refinement>),
-) -> Records<'a> {
-    let (mut function, lookup) = technique.function(frame, contender.seed);
-    let rule = lookup.rule(frame);
+    (first, distribution): Setting,
+) -> Result<Records<'a>, String> {
+    let interpolation = distribution.interpolation;
+    let (mut function, lookup) = technique.function(frame, (interpolation, contender.seed))?;
+    let refinement = distribution.refinement.as_deref();
     let mut stages = Stages::default();
     let points = stages.time("shading_points", || shading_points(frame, counter));
     let kept = refinement.map_or(0.0, |r| r.ratio());
@@ -291,23 +300,36 @@ fn place_and_evaluate<'a>(
     stages.time("evaluation", || {
         function.evaluate(&select(&points, &sites), counter);
     });
+    let rule = |function: &dyn CachedFunction| {
+        let length = function.length().min(frame.scene.diagonal);
+        interpolation.rule(lookup.rule(frame), length)
+    };
     if let Some(refinement) = refinement.filter(|_| refined > 0) {
-        let more = stages.time("refinement", || {
-            let search = search_over(&points, &sites, rule);
-            let input = Refinable {
+        let search = search_over(&points, &sites, rule(function.as_ref()));
+        let mut growing = Growing {
+            function: function.as_mut(),
+            points: &points,
+            counter,
+            added: 0,
+            stages: Stages::default(),
+        };
+        let mut whole = Stages::default();
+        let more = whole.time("refinement", || {
+            let mut input = Refinable {
                 points: &points,
                 sites: &sites,
                 search: &search,
-                difference: &|a, b| function.difference(a, b),
+                records: &mut growing,
             };
-            refinement.refine(&input, refined, contender.seed)
+            refinement.refine(&mut input, refined, contender.seed)
         });
+        let (added, inside) = (growing.added, growing.stages.total());
+        stages.0.push(("refinement", whole.total() - inside));
+        growing.add(&more.sites[added..]);
+        stages.0.push(("refined_evaluation", growing.stages.total()));
         rendered.discontinuity = more.map;
         rendered.found.extend(more.found);
         rendered.notes.extend(more.notes);
-        stages.time("refined_evaluation", || {
-            function.evaluate(&select(&points, &more.sites), counter);
-        });
         sites.extend(more.sites);
     }
     if sites.len() != contender.budget {
@@ -318,15 +340,46 @@ fn place_and_evaluate<'a>(
             points.len()
         ));
     }
+    let rule = rule(function.as_ref());
     let search = stages.time("search", || search_over(&points, &sites, rule));
     rendered.stages = stages;
-    Records {
+    Ok(Records {
         function,
+        interpolation,
         search,
         points,
         sites,
         first_count,
         rendered,
+    })
+}
+
+/// The records of a job while a refinement adds to them.
+struct Growing<'a, 'f> {
+    function: &'a mut (dyn CachedFunction + 'f),
+    points: &'a ShadingPoints,
+    counter: &'a RayCounter,
+    /// How many were added.
+    added: usize,
+    /// Time taken by adding.
+    stages: Stages,
+}
+
+impl placement::Records for Growing<'_, '_> {
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        self.function.difference(a, b)
+    }
+
+    fn predict(&self, record: u32, point: u32) -> Vec3 {
+        self.function.predict(record, &Site::of(self.points, point))
+    }
+
+    fn add(&mut self, points: &[u32]) {
+        let sites = select(self.points, points);
+        let (function, counter) = (&mut *self.function, self.counter);
+        let evaluate = || function.evaluate(&sites, counter);
+        self.stages.time("evaluation", evaluate);
+        self.added += points.len();
     }
 }
 
@@ -347,9 +400,9 @@ pub fn replay(
     let counter = RayCounter::default();
     let candidates = distribution.first.candidates();
     let first = candidates.first().unwrap_or(&distribution.first).as_ref();
-    let refinement = distribution.refinement.as_deref();
     let job = (technique, frame, contender);
-    let records = place_and_evaluate(job, &counter, (first, refinement));
+    let records = place_and_evaluate(job, &counter, (first, distribution))?;
+    let how = (frame.scene.diagonal, records.interpolation.power());
     let caster = frame.tracer.caster(&counter);
     let mut lines = Vec::new();
     for sample in 0..frame.spp {
@@ -372,7 +425,7 @@ pub fn replay(
             .map(&[site.position], &[site.normal], |_, n| n.to_vec());
         let neighbours = found.into_iter().next().unwrap_or_default();
         let mut weights = vec![0.0; neighbours.len()];
-        inverse_distance_weights(&neighbours, frame.scene.diagonal, &mut weights);
+        inverse_distance_weights(&neighbours, how, &mut weights);
         for (neighbour, weight) in neighbours.iter().zip(&weights) {
             let point = records.sites[neighbour.record as usize] as usize;
             let pixel = records.points.pixel[point] as usize;
@@ -408,8 +461,7 @@ fn search_over(points: &ShadingPoints, sites: &[u32], rule: SearchRule) -> Recor
 /// Shades all samples of a frame from finished records.
 struct Shader<'a> {
     frame: &'a Frame<'a>,
-    function: &'a dyn CachedFunction,
-    search: &'a RecordSearch,
+    records: &'a Records<'a>,
     counter: &'a RayCounter,
 }
 
@@ -433,17 +485,17 @@ impl Shader<'_> {
     fn values(&self, samples: &[Seen]) -> Vec<[f32; 3]> {
         let positions: Vec<Vec3> = samples.iter().map(|s| s.site.position).collect();
         let normals: Vec<Vec3> = samples.iter().map(|s| s.site.normal).collect();
-        let diagonal = self.frame.scene.diagonal;
+        let function = self.records.function.as_ref();
+        let how = (self.frame.scene.diagonal, self.records.interpolation.power());
         let caster = || self.frame.tracer.caster(self.counter);
-        self.search.map_with(
+        self.records.search.map_with(
             &positions,
             &normals,
             (caster, |caster, query, neighbours| {
                 let mut weights = [0.0; MOST_USED];
                 let weights = &mut weights[..neighbours.len()];
-                inverse_distance_weights(neighbours, diagonal, weights);
-                self.function
-                    .shade(caster, &samples[query], (neighbours, weights))
+                inverse_distance_weights(neighbours, how, weights);
+                function.shade(caster, &samples[query], (neighbours, weights))
             }),
         )
     }
@@ -463,7 +515,7 @@ impl Shader<'_> {
                 non_finite += 1;
             }
         }
-        let background = self.function.background();
+        let background = self.records.function.background();
         for (pixel, (sum, hits)) in image.pixels[top * width..].iter_mut().zip(&sums) {
             let open = f64::from(self.frame.spp - hits);
             *pixel = std::array::from_fn(|c| {

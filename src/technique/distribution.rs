@@ -1,9 +1,15 @@
-//! A first stage and an optional refinement, from an id such as `VGC+DGS` and a parameter table.
+//! A first stage, an optional refinement and a rule of interpolation, from an id such as `VGC+DGS`
+//! and a parameter table.
 
 use toml::Table;
 
+use crate::cache::Interpolation;
+use crate::cache::interpolation::inverse_distance;
 use crate::placement::{FirstStage, Refinement};
 use crate::registry::{self, About, ParameterError};
+
+/// The parameter that names the rule of interpolation.
+const KEY: &str = "interpolation";
 
 /// A complete cache distribution.
 pub struct Distribution {
@@ -11,10 +17,13 @@ pub struct Distribution {
     pub id: String,
     pub first: Box<dyn FirstStage>,
     pub refinement: Option<Box<dyn Refinement>>,
+    pub interpolation: Interpolation,
 }
 
 impl Distribution {
-    /// Builds `FIRST` or `FIRST+REFINEMENT`; each parameter goes to the stage that declares it.
+    /// Builds `FIRST` or `FIRST+REFINEMENT`; each parameter goes to the stage, or the rule of
+    /// interpolation, that declares it. `interpolation` names that rule; by default it is the one
+    /// that the refinement is meant for, or the papers'.
     pub fn new(id: &str, parameters: &Table) -> Result<Self, ParameterError> {
         let (first_id, refinement_id) = match id.split_once('+') {
             Some((first, refinement)) => (first, Some(refinement)),
@@ -35,10 +44,26 @@ impl Distribution {
                 unknown("refinement", name, known)
             })?),
         };
+        let interpolation = match parameters.get(KEY) {
+            None => refinement.map_or(&inverse_distance::ENTRY, |r| r.interpolation),
+            Some(value) => {
+                let name = value.as_str().unwrap_or_default();
+                registry::interpolation(name).ok_or_else(|| {
+                    let known = registry::INTERPOLATIONS.iter().map(|e| e.about.id);
+                    ParameterError {
+                        key: Some(KEY.into()),
+                        ..unknown("interpolation", name, known.collect())
+                    }
+                })?
+            }
+        };
         let abouts: Vec<&About> = std::iter::once(&first.about)
             .chain(refinement.map(|r| &r.about))
+            .chain(std::iter::once(&interpolation.about))
             .collect();
-        registry::check_keys(parameters, &abouts)?;
+        let mut parameters = parameters.clone();
+        parameters.remove(KEY);
+        registry::check_keys(&parameters, &abouts)?;
         let own = |about: &About| -> Table {
             let declared = |key: &str| about.parameters.iter().any(|p| p.key == key);
             parameters
@@ -53,7 +78,10 @@ impl Distribution {
                 None => first.about.id.to_owned(),
             },
             first: (first.build)(&own(&first.about))?,
-            refinement: refinement.map(|r| (r.build)(&own(&r.about))).transpose()?,
+            refinement: refinement
+                .map(|r| (r.build)(&own(&r.about)))
+                .transpose()?,
+            interpolation: (interpolation.build)(&own(&interpolation.about))?,
         })
     }
 }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::cached::CachedTechnique;
 use super::{Contender, Frame, Method, Passes, RecordSite, Rendered, Stages, shading_points};
+use crate::cache::Interpolation;
 use crate::registry::{self, About, Bias, MethodEntry, Parameter};
 use crate::trace::RayCounter;
 
@@ -67,7 +68,7 @@ pub(super) fn render(
     let mut stages = Stages::default();
     let budget = match method.passes {
         Some(_) => u64::MAX,
-        None => rays_of_records(technique, frame, contender),
+        None => rays_of_records(technique, frame, contender)?,
     };
     let most = method.passes.map_or(MOST_PASSES, |passes| passes.get());
     let counter = RayCounter::default();
@@ -94,7 +95,11 @@ pub(super) fn render(
 /// Rays that the budget's records would take: the mean of records spread over the view by the golden
 /// ratio (an even stride may run along a column of pixels). The
 /// camera rays of shading points and of the image are not counted.
-fn rays_of_records(technique: &dyn CachedTechnique, frame: &Frame, contender: &Contender) -> u64 {
+fn rays_of_records(
+    technique: &dyn CachedTechnique,
+    frame: &Frame,
+    contender: &Contender,
+) -> Result<u64, String> {
     let points = shading_points(frame, &RayCounter::default());
     let count = MEASURED.min(points.len());
     let place = |i: usize| (i as f64 * GOLDEN).fract() * points.len() as f64;
@@ -102,9 +107,10 @@ fn rays_of_records(technique: &dyn CachedTechnique, frame: &Frame, contender: &C
         .map(|i| RecordSite::of(&points, place(i) as u32))
         .collect();
     let counter = RayCounter::default();
-    let (mut records, _) = technique.function(frame, contender.seed);
+    let how = (Interpolation::default(), contender.seed);
+    let (mut records, _) = technique.function(frame, how)?;
     records.evaluate(&sites, &counter);
     let rays = counter.read();
     let mean = (rays.closest + rays.shadow) as f64 / count.max(1) as f64;
-    (mean * contender.budget.min(points.len()) as f64).round() as u64
+    Ok((mean * contender.budget.min(points.len()) as f64).round() as u64)
 }

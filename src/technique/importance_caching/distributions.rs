@@ -129,6 +129,14 @@ impl Distributions {
         (batch, index - batch.first)
     }
 
+    /// Σ F over the lights, luminance.
+    pub fn total(&self, index: u32) -> f32 {
+        let (batch, at) = self.locate(index);
+        let blocks = self.lights.div_ceil(BLOCK);
+        let sums = &batch.sums[at * STORED * blocks..][..blocks];
+        sums.last().map_or(0.0, |total| *total as f32) * batch.full_scale[at]
+    }
+
     /// Σ |F_a − F_b| over the lights, luminance.
     pub fn difference(&self, a: u32, b: u32) -> f32 {
         let side = |index: u32| {

@@ -26,6 +26,7 @@ use self::estimator::{Heuristic, KINDS, Rule};
 use self::records::{ImportanceRecords, Settings};
 use super::cached::CachedTechnique;
 use super::{CachedFunction, Frame, Lookup, Rendered, ShadingFunction, Technique};
+use crate::cache::Interpolation;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::scene::{Needs, Scene};
 use crate::shade::{VirtualLights, VplOptions};
@@ -242,9 +243,14 @@ impl CachedTechnique for ImportanceCaching {
     fn function<'a>(
         &'a self,
         frame: &'a Frame<'a>,
-        seed: u64,
-    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
-        (Box::new(self.records(frame, seed)), self.parameters.lookup)
+        (interpolation, seed): (Interpolation, u64),
+    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
+        if interpolation.gradient().is_some() {
+            return Err("importance caching samples by its records and interpolates no values: \
+                        set interpolation = \"inverse-distance\""
+                .into());
+        }
+        Ok((Box::new(self.records(frame, seed)), self.parameters.lookup))
     }
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {

@@ -9,7 +9,7 @@ use crate::cache::{Neighbour, RecordSearch, SearchRule};
 use crate::image::luminance;
 use crate::sample::Rng;
 use crate::shade::{Gathering, Neighbourhood, Receiver, VirtualLights};
-use crate::technique::{CachedFunction, Frame, Lookup, RecordSite, Seen};
+use crate::technique::{CachedFunction, Frame, Lookup, RecordSite, Seen, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// Keys the choice of lights at camera samples.
@@ -141,6 +141,15 @@ impl CachedFunction for ImportanceRecords<'_> {
 
     fn difference(&self, a: u32, b: u32) -> f32 {
         self.table.difference(a, b)
+    }
+
+    /// The light of all lights at the record itself, as luminance.
+    fn predict(&self, record: u32, _: &Site) -> Vec3 {
+        Vec3::splat(self.table.total(record))
+    }
+
+    fn length(&self) -> f32 {
+        self.frame.scene.diagonal
     }
 
     fn shade(&self, caster: &Caster, seen: &Seen, (found, _): (&[Neighbour], &[f32])) -> [f32; 3] {

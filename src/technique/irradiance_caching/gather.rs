@@ -2,7 +2,6 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::image::luminance;
 use crate::sample::{Frame as LocalFrame, Rng};
 use crate::shade::Depths;
 use crate::technique::{Frame, Site};
@@ -30,13 +29,13 @@ pub struct Gathered {
 }
 
 impl Gatherer<'_> {
-    /// Gathers at a site. `item` keys the paths (pixel and sample); the luminance of each
-    /// direction goes to `luminances`, which has one entry a direction.
+    /// Gathers at a site. `item` keys the paths (pixel and sample); `sample` is told the index of
+    /// each direction, its radiance and the distance that its ray travelled (infinite if nothing is hit).
     pub fn gather(
         &self,
         caster: &Caster,
         (site, item): (&Site, [u32; 2]),
-        mut luminances: impl FnMut(usize, f32),
+        mut sample: impl FnMut(usize, Vec3, f32),
     ) -> Gathered {
         let local = LocalFrame::from_normal(site.normal);
         let item = u64::from(item[0]) << 32 | u64::from(item[1]);
@@ -46,13 +45,13 @@ impl Gatherer<'_> {
             let mut rng = Rng::new(self.seed, STREAM, item, i as u64);
             let ray = leaving_ray(self.frame, site, local.to_world(*direction));
             let paths = &self.frame.paths;
-            let radiance = paths.radiance(caster, ray, &mut rng, self.depths);
-            if radiance.iter().all(|c| c.is_finite()) {
-                sum += DVec3::from(radiance.map(f64::from)) * f64::from(direction.z);
-                luminances(i, luminance(radiance));
+            let (radiance, distance) = paths.gather(caster, ray, &mut rng, self.depths);
+            if radiance.is_finite() {
+                sum += radiance.as_dvec3() * f64::from(direction.z);
+                sample(i, radiance, distance);
             } else {
                 non_finite += 1;
-                luminances(i, 0.0);
+                sample(i, Vec3::ZERO, distance);
             }
         }
         let scale = std::f64::consts::TAU / self.directions.len() as f64;

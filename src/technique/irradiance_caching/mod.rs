@@ -6,6 +6,7 @@
 //! diffuse surfaces, and for others right when the indirect light is uniform. Direct light is a layer
 //! of its own, without records, the same for reference and contenders.
 
+mod change;
 mod gather;
 pub mod on_demand;
 mod paths;
@@ -25,6 +26,7 @@ use super::{
     CachedFunction, Contender, Frame, Lookup, Method, Passes, Rendered, Seen, ShadingFunction,
     Technique,
 };
+use crate::cache::Interpolation;
 use crate::image::Image;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::equal_area_hemisphere;
@@ -249,15 +251,16 @@ impl CachedTechnique for IrradianceCaching {
     fn function<'a>(
         &'a self,
         frame: &'a Frame<'a>,
-        seed: u64,
-    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
-        let records = IrradianceRecords::new(Gatherer {
+        (interpolation, seed): (Interpolation, u64),
+    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
+        let gatherer = Gatherer {
             frame,
             directions: &self.directions,
             depths: Self::depths(frame),
             seed,
-        });
-        (Box::new(records), self.parameters.lookup)
+        };
+        let records = IrradianceRecords::new(gatherer, interpolation.gradient());
+        Ok((Box::new(records), self.parameters.lookup))
     }
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {

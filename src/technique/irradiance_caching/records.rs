@@ -6,10 +6,13 @@ use glam::Vec3;
 use half::f16;
 use rayon::prelude::*;
 
-use super::gather::Gatherer;
+use super::change::{Change, Hemisphere};
+use super::gather::{Gathered, Gatherer};
 use super::reflected;
-use crate::cache::Neighbour;
-use crate::technique::{CachedFunction, RecordSite, Seen};
+use crate::cache::{Gradient, Neighbour};
+use crate::image::luminance;
+use crate::sample::HemisphereEdges;
+use crate::technique::{CachedFunction, RecordSite, Seen, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// The records of one job.
@@ -22,11 +25,29 @@ pub struct IrradianceRecords<'a> {
     non_finite: AtomicU64,
     /// Camera samples without a record on their side, which were gathered instead.
     misses: AtomicU64,
+    /// For gradient interpolation only.
+    gradient: Option<Extrapolation>,
+}
+
+/// What extrapolates records.
+struct Extrapolation {
+    rule: Gradient,
+    edges: HemisphereEdges,
+    changes: Vec<Change>,
+    positions: Vec<Vec3>,
 }
 
 impl<'a> IrradianceRecords<'a> {
-    pub fn new(gatherer: Gatherer<'a>) -> Self {
+    /// No records yet; with a `gradient` they will know how irradiance changes.
+    pub fn new(gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
+        let side = gatherer.directions.len().isqrt();
         Self {
+            gradient: gradient.map(|rule| Extrapolation {
+                rule,
+                edges: HemisphereEdges::new(side),
+                changes: Vec::new(),
+                positions: Vec::new(),
+            }),
             gatherer,
             irradiance: Vec::new(),
             normals: Vec::new(),
@@ -37,16 +58,26 @@ impl<'a> IrradianceRecords<'a> {
     }
 
     /// Weighted mean of the records on the viewer's side of the surface; `None` if there are none.
-    fn interpolate(&self, normal: Vec3, (found, weights): (&[Neighbour], &[f32])) -> Option<Vec3> {
+    fn interpolate(&self, site: &Site, (found, weights): (&[Neighbour], &[f32])) -> Option<Vec3> {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for (neighbour, weight) in found.iter().zip(weights) {
-            let record = neighbour.record as usize;
-            if self.normals[record].dot(normal) > 0.0 {
-                sum += self.irradiance[record] * *weight;
+            let record = neighbour.record;
+            if self.normals[record as usize].dot(site.normal) > 0.0 {
+                sum += self.value(record, site) * *weight;
                 total += weight;
             }
         }
         (total > 0.0).then(|| sum / total)
+    }
+
+    /// What a record says of the irradiance at a site.
+    fn value(&self, record: u32, of: &Site) -> Vec3 {
+        let i = record as usize;
+        let Some(gradient) = &self.gradient else {
+            return self.irradiance[i];
+        };
+        let step = of.position - gradient.positions[i];
+        gradient.changes[i].extrapolate(self.irradiance[i], (step, of.normal), gradient.rule.clamp)
     }
 }
 
@@ -57,24 +88,36 @@ impl CachedFunction for IrradianceRecords<'_> {
         let first = self.irradiance.len();
         let end = first + sites.len();
         self.normals.extend(sites.iter().map(|s| s.site.normal));
-        self.irradiance.resize(end, Vec3::ZERO);
         self.luminances.resize(end * directions, f16::ZERO);
-        let non_finite: u64 = self.irradiance[first..]
-            .par_iter_mut()
-            .zip(self.luminances[first * directions..].par_chunks_mut(directions))
+        let edges = self.gradient.as_ref().map(|gradient| &gradient.edges);
+        let made: Vec<(Gathered, Change)> = self.luminances[first * directions..]
+            .par_chunks_mut(directions)
             .zip(sites)
-            .map(|((irradiance, luminances), record)| {
+            .map(|(luminances, record)| {
                 let caster = gatherer.frame.tracer.caster(counter);
+                let mut hemisphere = Hemisphere::default();
                 let item = [record.pixel, u32::MAX];
-                let keep = |i: usize, value: f32| {
-                    luminances[i] = f16::from_f32(value.min(f16::MAX.to_f32()));
-                };
-                let gathered = gatherer.gather(&caster, (&record.site, item), keep);
-                *irradiance = gathered.irradiance;
-                gathered.non_finite
+                let gathered = gatherer.gather(&caster, (&record.site, item), |i, light, t| {
+                    let value = luminance(light.into()).min(f16::MAX.to_f32());
+                    luminances[i] = f16::from_f32(value);
+                    if edges.is_some() {
+                        hemisphere.push(light, t);
+                    }
+                });
+                let change = edges.map_or(Change::default(), |edges| {
+                    hemisphere.change((gatherer, &record.site), edges)
+                });
+                (gathered, change)
             })
-            .sum();
+            .collect();
+        self.irradiance.extend(made.iter().map(|(g, _)| g.irradiance));
+        let non_finite = made.iter().map(|(g, _)| g.non_finite).sum();
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
+        if let Some(gradient) = &mut self.gradient {
+            let positions = sites.iter().map(|s| s.site.position);
+            gradient.positions.extend(positions);
+            gradient.changes.extend(made.iter().map(|(_, change)| change));
+        }
     }
 
     fn difference(&self, a: u32, b: u32) -> f32 {
@@ -87,13 +130,31 @@ impl CachedFunction for IrradianceRecords<'_> {
             .sum()
     }
 
+    fn predict(&self, record: u32, of: &Site) -> Vec3 {
+        self.value(record, of)
+    }
+
+    /// The median of the records' harmonic mean distances; without any, a tenth of the diagonal.
+    fn length(&self) -> f32 {
+        let changes = self.gradient.iter().flat_map(|g| &g.changes);
+        let mut lengths: Vec<f32> = changes
+            .map(|change| change.mean_distance)
+            .filter(|length| length.is_finite() && *length > 0.0)
+            .collect();
+        if lengths.is_empty() {
+            return 0.1 * self.gatherer.frame.scene.diagonal;
+        }
+        let middle = lengths.len() / 2;
+        *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
+    }
+
     fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3] {
         let irradiance = self
-            .interpolate(seen.site.normal, found)
+            .interpolate(&seen.site, found)
             .unwrap_or_else(|| {
                 self.misses.fetch_add(1, Ordering::Relaxed);
                 let item = [seen.pixel, seen.sample];
-                let gathered = self.gatherer.gather(caster, (&seen.site, item), |_, _| ());
+                let gathered = self.gatherer.gather(caster, (&seen.site, item), |_, _, _| ());
                 self.non_finite
                     .fetch_add(gathered.non_finite, Ordering::Relaxed);
                 gathered.irradiance
@@ -106,7 +167,9 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn bytes(&self) -> usize {
-        self.irradiance.len() * 24 + self.luminances.len() * 2
+        let change = size_of::<Change>() + size_of::<Vec3>();
+        let changes = self.gradient.as_ref().map_or(0, |g| g.changes.len());
+        self.irradiance.len() * 24 + self.luminances.len() * 2 + changes * change
     }
 
     fn non_finite(&self) -> u64 {

@@ -6,17 +6,22 @@
 //! surface the value is 1.
 
 use glam::Vec3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+mod gather;
+mod records;
+
+use gather::{Gatherer, Scratch};
+use records::VisibilityRecords;
+
 use super::cached::CachedTechnique;
-use super::{CachedFunction, Frame, Lookup, RecordSite, Seen, ShadingFunction, Site, Technique};
-use crate::cache::Neighbour;
+use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique};
+use crate::cache::Interpolation;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
 use crate::scene::{Needs, Scene};
 use crate::shade::bsdf::cosine_sample;
-use crate::trace::{Caster, Ray, RayCounter, offset_origin};
+use crate::trace::{Caster, Ray, offset_origin};
 
 /// Keys the directions of the random estimate.
 const STREAM: u64 = 0x616f_7261_7973;
@@ -25,7 +30,7 @@ const STREAM: u64 = 0x616f_7261_7973;
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "ambient-occlusion",
-        module: include_str!("ambient_occlusion.rs"),
+        module: include_str!("mod.rs"),
         aliases: &["ao"],
         summary: "ambient occlusion interpolated from records of cached visibility",
         source: "Clarberg & Akenine-Möller 2008; Wu & Shen, section 4.3",
@@ -176,16 +181,11 @@ impl CachedTechnique for AmbientOcclusion {
     fn function<'a>(
         &'a self,
         frame: &'a Frame<'a>,
-        _: u64,
-    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
-        let records = VisibilityRecords {
-            frame,
-            gatherer: self.gatherer(frame),
-            words: self.directions.len().div_ceil(64),
-            values: Vec::new(),
-            occluded: Vec::new(),
-        };
-        (Box::new(records), self.parameters.lookup)
+        (interpolation, _): (Interpolation, u64),
+    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
+        let records =
+            VisibilityRecords::new(frame, self.gatherer(frame), interpolation.gradient());
+        Ok((Box::new(records), self.parameters.lookup))
     }
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
@@ -255,113 +255,5 @@ impl ShadingFunction for ExactOcclusion<'_> {
             *value = [occlusion; 3];
         }
         0
-    }
-}
-
-/// Traces the rays of one record or reference sample.
-struct Gatherer<'a> {
-    directions: &'a [Vec3],
-    distance: f32,
-    diagonal: f32,
-}
-
-/// Buffers that a thread keeps between records.
-struct Scratch {
-    world: Vec<Vec3>,
-    occluded: Vec<u64>,
-}
-
-impl Scratch {
-    fn new(directions: usize) -> Self {
-        Self {
-            world: vec![Vec3::ZERO; directions],
-            occluded: vec![0; directions.div_ceil(64)],
-        }
-    }
-}
-
-impl Gatherer<'_> {
-    /// Ambient occlusion at a site; leaves the occlusion bits in `scratch`.
-    fn gather(&self, caster: &Caster, site: &Site, scratch: &mut Scratch) -> f32 {
-        let frame = LocalFrame::from_normal(site.normal);
-        for (world, &local) in scratch.world.iter_mut().zip(self.directions) {
-            *world = frame.to_world(local);
-        }
-        let origin = offset_origin(site.position, site.geometric_normal, self.diagonal);
-        caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
-        let mut open = 0.0;
-        for (i, local) in self.directions.iter().enumerate() {
-            if scratch.occluded[i / 64] >> (i % 64) & 1 == 0 {
-                open += local.z;
-            }
-        }
-        (open * 2.0 / self.directions.len() as f32).min(1.0)
-    }
-}
-
-/// The records of one job.
-struct VisibilityRecords<'a> {
-    frame: &'a Frame<'a>,
-    gatherer: Gatherer<'a>,
-    /// 64-bit words per record.
-    words: usize,
-    values: Vec<f32>,
-    occluded: Vec<u64>,
-}
-
-impl CachedFunction for VisibilityRecords<'_> {
-    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter) {
-        let (frame, gatherer) = (self.frame, &self.gatherer);
-        let first = self.values.len();
-        self.values.resize(first + sites.len(), 0.0);
-        self.occluded.resize((first + sites.len()) * self.words, 0);
-        const GRAIN: usize = 16;
-        self.values[first..]
-            .par_chunks_mut(GRAIN)
-            .zip(self.occluded[first * self.words..].par_chunks_mut(GRAIN * self.words))
-            .zip(sites.par_chunks(GRAIN))
-            .for_each(|((values, occluded), sites)| {
-                let caster = frame.tracer.caster(counter);
-                let mut scratch = Scratch::new(gatherer.directions.len());
-                for (i, record) in sites.iter().enumerate() {
-                    values[i] = gatherer.gather(&caster, &record.site, &mut scratch);
-                    occluded[i * self.words..][..self.words].copy_from_slice(&scratch.occluded);
-                }
-            });
-    }
-
-    fn difference(&self, a: u32, b: u32) -> f32 {
-        let bits = |i: u32| &self.occluded[i as usize * self.words..][..self.words];
-        let differing: u32 = bits(a)
-            .iter()
-            .zip(bits(b))
-            .map(|(x, y)| (x ^ y).count_ones())
-            .sum();
-        differing as f32
-    }
-
-    fn shade(
-        &self,
-        _: &Caster,
-        _: &Seen,
-        (neighbours, weights): (&[Neighbour], &[f32]),
-    ) -> [f32; 3] {
-        if neighbours.is_empty() {
-            return self.background();
-        }
-        let value: f32 = neighbours
-            .iter()
-            .zip(weights)
-            .map(|(n, w)| self.values[n.record as usize] * w)
-            .sum();
-        [value; 3]
-    }
-
-    fn background(&self) -> [f32; 3] {
-        [1.0; 3]
-    }
-
-    fn bytes(&self) -> usize {
-        self.values.len() * 4 + self.occluded.len() * 8
     }
 }

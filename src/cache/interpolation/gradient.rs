@@ -1,0 +1,139 @@
+//! Gradient interpolation: each record is extrapolated by what its own rays know.
+//!
+//! A record keeps, besides its value, how the value turns with the normal (the bent or irradiance vector **B**)
+//! and how it changes with the position (**g**, from differences between adjacent directions over the
+//! distances their rays travelled). At a shading point with position p and normal n, record c says
+//!
+//! ```text
+//! value_c = B_c·n + clamp(g_c·Δp, ±clamp)          kept within the function's range
+//! ```
+//!
+//! Of the 24 records nearest in space those within 60° of the normal stay, of them the 6 least in
+//!
+//! ```text
+//! D² = |Δp|² + (across · pl)² + (bend · ℓ)² (1 − n_c·n)
+//! ```
+//!
+//! with pl the larger of the distances of either point from the other's tangent plane and ℓ the length within
+//! which the function changes (the occlusion distance; the median of the records' harmonic mean distances for
+//! irradiance). Weights are `1 / Dᵖ`, p = `power`. Finding hit distances takes closest hits where occlusion
+//! alone would do: dearer rays, which rows count apart.
+
+use serde::Deserialize;
+
+use super::Interpolation;
+use crate::cache::{Ranking, SearchRule, TangentMetric};
+use crate::registry::{
+    About, Bias, InterpolationEntry, Parameter, ParameterError, parameters,
+};
+
+/// Parameters of gradient interpolation.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Gradient {
+    pub across: f32,
+    pub bend: f32,
+    pub power: i32,
+    pub clamp: f32,
+}
+
+impl Default for Gradient {
+    fn default() -> Self {
+        Self {
+            across: 16.0,
+            bend: 0.2,
+            power: 3,
+            clamp: 0.1,
+        }
+    }
+}
+
+/// Records nearest in space that are candidates.
+const CANDIDATES: usize = 24;
+/// Records that are used.
+const USED: usize = 6;
+/// Largest angle between normals, degrees.
+const MAX_ANGLE_DEG: f32 = 60.0;
+
+impl Gradient {
+    /// The lookup; `length` (ℓ) in scene units.
+    pub fn rule(&self, length: f32) -> SearchRule {
+        SearchRule {
+            candidates: CANDIDATES,
+            used: USED,
+            max_angle_deg: MAX_ANGLE_DEG,
+            metric: Ranking::Tangent(TangentMetric {
+                across: self.across,
+                bend: self.bend * length,
+            }),
+        }
+    }
+}
+
+/// The registry's entry.
+pub const ENTRY: InterpolationEntry = InterpolationEntry {
+    about: About {
+        id: "gradient",
+        module: include_str!("gradient.rs"),
+        aliases: &[],
+        summary: "ours: records are extrapolated by their own gradients and weighted off the tangent plane",
+        source: "ours; gradients from adjacent directions after Ward & Heckbert 1992",
+        bias: Bias::Consistent,
+        failures: &[
+            "an occluder nearer than the record's rays are apart has no gradient that points to it",
+            "irradiance from few and noisy paths has noisy gradients",
+            "needs hit distances: closest-hit instead of any-hit rays for ambient occlusion",
+        ],
+        parameters: &[
+            Parameter {
+                key: "across",
+                default: "16",
+                unit: "",
+                meaning: "weight of the distance from the tangent plane, 0 to 1000",
+            },
+            Parameter {
+                key: "bend",
+                default: "0.2",
+                unit: "ℓ",
+                meaning: "distance that a bend of 90° counts as, 0 to 100",
+            },
+            Parameter {
+                key: "power",
+                default: "3",
+                unit: "",
+                meaning: "p of the weights 1/Dᵖ, 1 to 8",
+            },
+            Parameter {
+                key: "clamp",
+                default: "0.1",
+                unit: "",
+                meaning: "largest change by the position: absolute for ambient occlusion, relative \
+                          to the record's value for irradiance; 0 leaves the rotation only",
+            },
+        ],
+    },
+    build,
+};
+
+fn build(table: &toml::Table) -> Result<Interpolation, ParameterError> {
+    let gradient: Gradient = parameters(table)?;
+    let error = |key: &str, expected: &str| {
+        Err(ParameterError {
+            key: Some(key.into()),
+            message: format!("{key}: expected {expected}"),
+        })
+    };
+    if !(0.0..=1000.0).contains(&gradient.across) {
+        return error("across", "a number from 0 to 1000");
+    }
+    if !(0.0..=100.0).contains(&gradient.bend) {
+        return error("bend", "a number from 0 to 100");
+    }
+    if !(1..=8).contains(&gradient.power) {
+        return error("power", "a whole number from 1 to 8");
+    }
+    if !(0.0..=10.0).contains(&gradient.clamp) {
+        return error("clamp", "a number from 0 to 10");
+    }
+    Ok(Interpolation::Gradient(gradient))
+}

@@ -1,0 +1,217 @@
+//! EGR: error-guided rounds.
+//!
+//! The records predict every shading point by the rule of interpolation that will render it. Where the records
+//! of a point disagree about it, the interpolation is likely to be wrong: their weighted variance is the
+//! predicted squared error E². A new record at point s is expected to mend
+//!
+//! ```text
+//! gain(s) = Σ_q E²(q) / (1 + D²(s, q) / h²)        q: the 5 × 5 pixels around s
+//! ```
+//!
+//! with D the distance of the interpolation, half as steep off the tangent plane of s, and h the weighted mean
+//! distance of s to its records. The points of largest gain become records, none within
+//! `0.7 √(points / records)` pixels of another of the same round; their values are taken in, and the next round
+//! begins. Only points that a new record reaches are predicted anew. It sees what the interpolation will get
+//! wrong, so it needs no threshold and no term of geometry. Everything but the first stage is deterministic.
+
+use serde::Deserialize;
+
+use super::disagreement::Disagreement;
+use super::members::usable;
+use super::pick::{STREAM_FILL, keep_random};
+use super::{Placement, Refinable, Refinement, check};
+use crate::cache::interpolation::gradient;
+use crate::cache::{NO_POINT, ShadingPoints};
+use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
+use crate::sample::Rng;
+
+/// Puts records where the ones that are there disagree.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ErrorGuided {
+    pub ratio: f64,
+    pub rounds: usize,
+    pub spacing: f64,
+}
+
+impl Default for ErrorGuided {
+    fn default() -> Self {
+        Self {
+            ratio: 0.4,
+            rounds: 8,
+            spacing: 0.7,
+        }
+    }
+}
+
+/// Registry entry.
+pub const ENTRY: RefinementEntry = RefinementEntry {
+    about: About {
+        id: "EGR",
+        module: include_str!("egr.rs"),
+        aliases: &["error-guided", "error-guided-rounds"],
+        summary: "ours: rounds of records where those around a point disagree about it",
+        source: "ours",
+        bias: Bias::Consistent,
+        failures: &[
+            "What all records around a point miss alike is not seen: a contact that none of them feels.",
+            "Noisy records disagree by their noise, which more records do not mend.",
+            "Needs values while it places: evaluation cannot be put off until all sites are known.",
+        ],
+        parameters: &[
+            Parameter {
+                key: "ratio",
+                default: "0.4",
+                unit: "",
+                meaning: "share of the records kept back for the rounds, 0 to 0.9",
+            },
+            Parameter {
+                key: "rounds",
+                default: "8",
+                unit: "",
+                meaning: "rounds that the share is spread over, 1 to 64",
+            },
+            Parameter {
+                key: "spacing",
+                default: "0.7",
+                unit: "√(points/records) pixels",
+                meaning: "least distance between records of a round, 0 to 4",
+            },
+        ],
+    },
+    build,
+    interpolation: &gradient::ENTRY,
+};
+
+fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
+    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
+    let within = |least: f64, most: f64| {
+        move |v: &toml::Value| number(v).is_some_and(|n| (least..=most).contains(&n))
+    };
+    check(table, "ratio", "a number from 0 to 0.9", within(0.0, 0.9))?;
+    check(table, "rounds", "a whole number from 1 to 64", |v| {
+        matches!(v.as_integer(), Some(1..=64))
+    })?;
+    check(table, "spacing", "a number from 0 to 4", within(0.0, 4.0))?;
+    Ok(Box::new(parameters::<ErrorGuided>(table)?))
+}
+
+impl Refinement for ErrorGuided {
+    fn ratio(&self) -> f64 {
+        self.ratio
+    }
+
+    fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement {
+        let points = input.points;
+        let records = (input.sites.len() + count).max(1);
+        let spacing = self.spacing * (points.len() as f64 / records as f64).sqrt();
+        let mut free = vec![false; points.len()];
+        usable(points).iter().for_each(|&i| free[i as usize] = true);
+        input.sites.iter().for_each(|&i| free[i as usize] = false);
+        let mut disagreement = Disagreement::new(input);
+        let mut sites: Vec<u32> = Vec::with_capacity(count);
+        for round in 0..self.rounds {
+            let wanted = count * (round + 1) / self.rounds - sites.len();
+            let gains = disagreement.gains();
+            let chosen = largest(points, (gains, &mut free), (wanted, spacing));
+            sites.extend(&chosen);
+            if round + 1 < self.rounds {
+                input.records.add(&chosen);
+                disagreement.add(input, &chosen);
+            }
+        }
+        let by_gain = sites.len();
+        let mut notes = Vec::new();
+        if by_gain < count {
+            let mut rest = usable(points);
+            rest.retain(|&i| free[i as usize]);
+            let mut rng = Rng::new(seed, STREAM_FILL, 3, 0);
+            keep_random(&mut rest, count - by_gain, &mut rng);
+            sites.extend(rest);
+            notes.push(format!(
+                "records disagree at {by_gain} points only; the other {} are uniformly random",
+                sites.len() - by_gain
+            ));
+        }
+        Placement {
+            sites,
+            found: vec![("by_gain", by_gain as f64)],
+            notes,
+            map: Some(disagreement.picture()),
+        }
+    }
+}
+
+/// Candidates that are sorted for each record that is wanted.
+const SORTED: usize = 64;
+
+/// Up to `count` free points of largest positive gain, none within `spacing` pixels (Chebyshev) of
+/// another; the spacing is halved while they are too few. They are free no longer.
+fn largest(
+    points: &ShadingPoints,
+    (gains, free): (&[f32], &mut [bool]),
+    (count, spacing): (usize, f64),
+) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..points.len() as u32)
+        .filter(|&i| free[i as usize] && gains[i as usize] > 0.0)
+        .collect();
+    let descending = |a: &u32, b: &u32| {
+        let (of_a, of_b) = (gains[*a as usize], gains[*b as usize]);
+        of_b.total_cmp(&of_a).then(a.cmp(b))
+    };
+    let most = count * SORTED;
+    if order.len() > most && most > 0 {
+        order.select_nth_unstable_by(most, descending);
+        order.truncate(most);
+    }
+    order.sort_unstable_by(descending);
+    let mut chosen = Vec::with_capacity(count);
+    let mut near = vec![false; points.point_of_pixel.len()];
+    let mut reach = spacing as usize;
+    while chosen.len() < count {
+        for &point in &order {
+            let pixel = points.pixel[point as usize] as usize;
+            if chosen.len() == count {
+                break;
+            }
+            if free[point as usize] && !near[pixel] {
+                free[point as usize] = false;
+                chosen.push(point);
+                each_pixel_around(points, (pixel, reach), |q| near[q] = true);
+            }
+        }
+        if reach == 0 {
+            break;
+        }
+        reach /= 2;
+        near.fill(false);
+        for &point in &chosen {
+            let pixel = points.pixel[point as usize] as usize;
+            each_pixel_around(points, (pixel, reach), |q| near[q] = true);
+        }
+    }
+    chosen
+}
+
+/// The pixels of the square of `reach` pixels around one, clipped by the film.
+pub(super) fn each_pixel_around(
+    points: &ShadingPoints,
+    (pixel, reach): (usize, usize),
+    mut visit: impl FnMut(usize),
+) {
+    let (x, y) = (pixel % points.width, pixel / points.width);
+    for row in y.saturating_sub(reach)..(y + reach + 1).min(points.height) {
+        for column in x.saturating_sub(reach)..(x + reach + 1).min(points.width) {
+            visit(row * points.width + column);
+        }
+    }
+}
+
+/// Values by point as a picture, 0 where there is none.
+pub(super) fn picture(points: &ShadingPoints, values: impl Fn(usize) -> f32) -> Vec<f32> {
+    let of_pixel = |&point: &u32| match point {
+        NO_POINT => 0.0,
+        point => values(point as usize),
+    };
+    points.point_of_pixel.iter().map(of_pixel).collect()
+}

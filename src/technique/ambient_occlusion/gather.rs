@@ -1,0 +1,107 @@
+//! The rays of one record or reference sample.
+
+use glam::Vec3;
+
+use crate::sample::{Frame as LocalFrame, HemisphereEdges};
+use crate::technique::Site;
+use crate::trace::{Caster, Hit, offset_origin};
+
+/// Traces the rays of one record or reference sample.
+pub struct Gatherer<'a> {
+    /// Equal-area grid over the hemisphere about +z, row by row.
+    pub directions: &'a [Vec3],
+    /// Maximum length of occlusion rays, scene units.
+    pub distance: f32,
+    pub diagonal: f32,
+}
+
+/// Buffers that a thread keeps between records.
+pub struct Scratch {
+    world: Vec<Vec3>,
+    /// A bit for each direction.
+    pub occluded: Vec<u64>,
+    hits: Vec<Option<Hit>>,
+    open: Vec<f32>,
+    nearness: Vec<f32>,
+}
+
+impl Scratch {
+    pub fn new(directions: usize) -> Self {
+        Self {
+            world: vec![Vec3::ZERO; directions],
+            occluded: vec![0; directions.div_ceil(64)],
+            hits: Vec::new(),
+            open: Vec::new(),
+            nearness: Vec::new(),
+        }
+    }
+}
+
+/// How ambient occlusion changes around a record, world space.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Change {
+    /// `(2/S) Σ V ω`: its cosine with a normal is the value that a turned surface sees.
+    pub bent: Vec3,
+    /// By translation, per scene unit.
+    pub gradient: Vec3,
+}
+
+impl Gatherer<'_> {
+    /// Ambient occlusion at a site; leaves the occlusion bits in `scratch`.
+    pub fn gather(&self, caster: &Caster, site: &Site, scratch: &mut Scratch) -> f32 {
+        let origin = self.aim(site, &mut scratch.world);
+        caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
+        let mut open = 0.0;
+        for (i, local) in self.directions.iter().enumerate() {
+            if scratch.occluded[i / 64] >> (i % 64) & 1 == 0 {
+                open += local.z;
+            }
+        }
+        (open * 2.0 / self.directions.len() as f32).min(1.0)
+    }
+
+    /// As [`Gatherer::gather`], by closest hits, and how the value changes around the site.
+    pub fn gather_change(
+        &self,
+        caster: &Caster,
+        (site, edges): (&Site, &HemisphereEdges),
+        scratch: &mut Scratch,
+    ) -> (f32, Change) {
+        let count = self.directions.len();
+        scratch.hits.resize(count, None);
+        let origin = self.aim(site, &mut scratch.world);
+        caster.closest_bundle(origin, &scratch.world, self.distance, &mut scratch.hits);
+        // A hit nearer than this is as near: distances are divided by.
+        let least = self.diagonal * 1e-6;
+        scratch.open.clear();
+        scratch.nearness.clear();
+        scratch.occluded.fill(0);
+        let mut bent = Vec3::ZERO;
+        for (i, (hit, local)) in scratch.hits.iter().zip(self.directions).enumerate() {
+            match hit {
+                None => bent += *local,
+                Some(_) => scratch.occluded[i / 64] |= 1 << (i % 64),
+            }
+            scratch.open.push(f32::from(u8::from(hit.is_none())));
+            let nearness = hit.map_or(0.0, |hit| 1.0 / hit.t.max(least));
+            scratch.nearness.push(nearness);
+        }
+        let bent = bent * (2.0 / count as f32);
+        let gradient = edges.gradient(&scratch.open, &scratch.nearness) * std::f32::consts::FRAC_1_PI;
+        let frame = LocalFrame::from_normal(site.normal);
+        let change = Change {
+            bent: frame.to_world(bent),
+            gradient: frame.to_world(gradient),
+        };
+        (bent.z.min(1.0), change)
+    }
+
+    /// World-space directions of a site's rays, and their origin.
+    fn aim(&self, site: &Site, world: &mut [Vec3]) -> Vec3 {
+        let frame = LocalFrame::from_normal(site.normal);
+        for (world, &local) in world.iter_mut().zip(self.directions) {
+            *world = frame.to_world(local);
+        }
+        offset_origin(site.position, site.geometric_normal, self.diagonal)
+    }
+}

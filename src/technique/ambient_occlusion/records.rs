@@ -1,0 +1,143 @@
+//! The records: ambient occlusion, visibility as bits, and how the value changes around them.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::gather::{Change, Gatherer, Scratch};
+use crate::cache::{Gradient, Neighbour};
+use crate::sample::HemisphereEdges;
+use crate::technique::{CachedFunction, Frame, RecordSite, Seen, Site};
+use crate::trace::{Caster, RayCounter};
+
+/// Records that one task evaluates.
+const GRAIN: usize = 16;
+
+/// The records of one job.
+pub struct VisibilityRecords<'a> {
+    frame: &'a Frame<'a>,
+    gatherer: Gatherer<'a>,
+    /// 64-bit words per record.
+    words: usize,
+    values: Vec<f32>,
+    occluded: Vec<u64>,
+    /// For gradient interpolation only.
+    gradient: Option<Extrapolation>,
+}
+
+/// What extrapolates records.
+struct Extrapolation {
+    rule: Gradient,
+    edges: HemisphereEdges,
+    changes: Vec<Change>,
+    positions: Vec<Vec3>,
+}
+
+impl<'a> VisibilityRecords<'a> {
+    /// No records yet; with a `gradient` they will know how the value changes.
+    pub fn new(frame: &'a Frame<'a>, gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
+        let side = gatherer.directions.len().isqrt();
+        Self {
+            frame,
+            words: gatherer.directions.len().div_ceil(64),
+            gatherer,
+            values: Vec::new(),
+            occluded: Vec::new(),
+            gradient: gradient.map(|rule| Extrapolation {
+                rule,
+                edges: HemisphereEdges::new(side),
+                changes: Vec::new(),
+                positions: Vec::new(),
+            }),
+        }
+    }
+
+    /// What a record says of a site, 0 to 1.
+    fn value(&self, record: u32, of: &Site) -> f32 {
+        let i = record as usize;
+        let Some(gradient) = &self.gradient else {
+            return self.values[i];
+        };
+        let change = &gradient.changes[i];
+        let moved = change.gradient.dot(of.position - gradient.positions[i]);
+        let most = gradient.rule.clamp;
+        (change.bent.dot(of.normal) + moved.clamp(-most, most)).clamp(0.0, 1.0)
+    }
+}
+
+impl CachedFunction for VisibilityRecords<'_> {
+    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter) {
+        let first = self.values.len();
+        let bits = (first + sites.len()) * self.words;
+        self.occluded.resize(bits, 0);
+        let (frame, gatherer) = (self.frame, &self.gatherer);
+        let edges = self.gradient.as_ref().map(|gradient| &gradient.edges);
+        let start = || {
+            let scratch = Scratch::new(gatherer.directions.len());
+            (frame.tracer.caster(counter), scratch)
+        };
+        let made: Vec<(f32, Change)> = self.occluded[first * self.words..]
+            .par_chunks_mut(self.words)
+            .zip(sites)
+            .with_min_len(GRAIN)
+            .map_init(start, |(caster, scratch), (occluded, record)| {
+                let made = match edges {
+                    None => (gatherer.gather(caster, &record.site, scratch), Change::default()),
+                    Some(edges) => gatherer.gather_change(caster, (&record.site, edges), scratch),
+                };
+                occluded.copy_from_slice(&scratch.occluded);
+                made
+            })
+            .collect();
+        self.values.extend(made.iter().map(|(value, _)| value));
+        if let Some(gradient) = &mut self.gradient {
+            let positions = sites.iter().map(|s| s.site.position);
+            gradient.positions.extend(positions);
+            gradient.changes.extend(made.iter().map(|(_, change)| change));
+        }
+    }
+
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        let bits = |i: u32| &self.occluded[i as usize * self.words..][..self.words];
+        let differing: u32 = bits(a)
+            .iter()
+            .zip(bits(b))
+            .map(|(x, y)| (x ^ y).count_ones())
+            .sum();
+        differing as f32
+    }
+
+    fn predict(&self, record: u32, of: &Site) -> Vec3 {
+        Vec3::splat(self.value(record, of))
+    }
+
+    fn length(&self) -> f32 {
+        self.gatherer.distance
+    }
+
+    fn shade(
+        &self,
+        _: &Caster,
+        seen: &Seen,
+        (neighbours, weights): (&[Neighbour], &[f32]),
+    ) -> [f32; 3] {
+        if neighbours.is_empty() {
+            return self.background();
+        }
+        let value: f32 = neighbours
+            .iter()
+            .zip(weights)
+            .map(|(n, w)| self.value(n.record, &seen.site) * w)
+            .sum();
+        [value; 3]
+    }
+
+    fn background(&self) -> [f32; 3] {
+        [1.0; 3]
+    }
+
+    fn bytes(&self) -> usize {
+        let change = size_of::<Change>() + size_of::<Vec3>();
+        let changes = self.gradient.as_ref().map_or(0, |g| g.changes.len());
+        self.values.len() * 4 + self.occluded.len() * 8 + changes * change
+    }
+}
