@@ -2,6 +2,7 @@ use glam::{Vec3, Vec3A};
 
 use super::super::tree::squared_distance;
 use super::*;
+use crate::cache::TangentMetric;
 use crate::sample::Rng;
 
 /// The rule to the letter over all records.
@@ -99,6 +100,15 @@ fn equals_brute_force_on_a_surface_for_every_metric() {
         agree((&p, &n), (&qp, &qn), rule(lambda));
     }
     agree((&p, &n), (&qp, &qn), SearchRule::spatial(12));
+    for (across, bend) in [(16.0, 0.3), (0.0, 0.0), (1e4, 1e4)] {
+        let tangent = SearchRule {
+            candidates: 24,
+            max_angle_deg: 60.0,
+            metric: Ranking::Tangent(TangentMetric { across, bend }),
+            ..rule(0.0)
+        };
+        agree((&p, &n), (&qp, &qn), tangent);
+    }
     let odd = SearchRule {
         candidates: 5,
         used: 9,

@@ -4,7 +4,8 @@ use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
 use crate::environment::embedded_maps;
 use crate::registry::{
-    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, INTERPOLATIONS, OTHER_METHODS, REFINEMENTS, TECHNIQUES,
+    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, INTERPOLATIONS, OTHER_METHODS, REFINEMENTS,
+    TECHNIQUES,
 };
 use crate::scene::{find_scene, shipped_scenes};
 

@@ -26,7 +26,7 @@ pub fn check(
             .map_err(|message| source.error(&path, message))?;
     }
     for (index, table) in config.table.iter().enumerate() {
-        for column in &table.metrics {
+        for column in table.metrics.iter().chain([&table.cost]) {
             names.column(column).map_err(|message| {
                 source.error(&["table", &index.to_string(), "metrics"], message)
             })?;

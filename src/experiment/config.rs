@@ -188,12 +188,16 @@ pub struct TableSpec {
     pub title: String,
     /// `methods` (one line a method, columns scene × metric), `averages` (one line a method, means over
     /// the scenes and mean ranks; `[[published]]` numbers of scene `*` stand beside), `stages` (one line a stage, columns
-    /// scene × method), `sweep` (one line a method, columns the swept values).
+    /// scene × method), `sweep` (one line a method, columns the swept values), `equal-cost` (one
+    /// line a method, its error against the first method's at equal `cost`).
     #[serde(default = "methods_kind")]
     pub kind: TableKind,
     /// Row columns: `rmse`, `flip_ldr`, `seconds_total`, `shadow_rays`, …
     #[serde(default = "default_metrics")]
     pub metrics: Vec<String>,
+    /// `equal-cost`: the row column that is held equal, `all_rays` or `seconds_total`, say.
+    #[serde(default = "default_cost")]
+    pub cost: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -203,6 +207,11 @@ pub enum TableKind {
     Averages,
     Stages,
     Sweep,
+    EqualCost,
+}
+
+fn default_cost() -> String {
+    "all_rays".into()
 }
 
 fn methods_kind() -> TableKind {

@@ -104,6 +104,7 @@ impl Row {
             "rays" => count(self.rays),
             "shadow_rays" => count(self.shadow_rays),
             "all_rays" => count(self.rays + self.shadow_rays),
+            "rmse_above_noise" => self.above_noise(),
             "lookups" => count(self.lookups),
             "bytes_peak" => count(self.bytes_peak),
             "non_finite" => count(self.non_finite),
@@ -117,6 +118,12 @@ impl Row {
                 value.and_then(serde_json::Value::as_f64)
             }
         }
+    }
+
+    /// √(RMSE² − reference noise²): what of the RMSE is the method's own; 0 where noise is all.
+    fn above_noise(&self) -> Option<f64> {
+        let (rmse, floor) = (self.rmse?, self.reference_floor.unwrap_or(0.0));
+        Some((rmse * rmse - floor * floor).max(0.0).sqrt())
     }
 
     /// Whether the job finished.
@@ -139,6 +146,7 @@ pub const NUMBER_COLUMNS: &[&str] = &[
     "rays",
     "shadow_rays",
     "all_rays",
+    "rmse_above_noise",
     "lookups",
     "bytes_peak",
     "non_finite",

@@ -10,8 +10,8 @@ use serde::Deserialize;
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement, check};
-use crate::cache::{RecordSearch, SearchRule};
 use crate::cache::interpolation::inverse_distance;
+use crate::cache::{RecordSearch, SearchRule};
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
 use crate::sample::Rng;
 

@@ -81,11 +81,16 @@ impl<'a> Disagreement<'a> {
             .par_iter_mut()
             .zip(sites)
             .with_min_len(16)
-            .for_each_init(Vec::new, |seen, (flood, &site)| self.flood(site, (flood, seen)));
+            .for_each_init(Vec::new, |seen, (flood, &site)| {
+                self.flood(site, (flood, seen))
+            });
         for (i, flood) in floods.iter().enumerate() {
             for &(point, distance) in &flood.reached {
                 let record = first + i as u32;
-                insert(&mut self.nearest[point as usize], Neighbour { record, distance });
+                insert(
+                    &mut self.nearest[point as usize],
+                    Neighbour { record, distance },
+                );
                 self.stale[point as usize] = true;
             }
         }
@@ -278,7 +283,8 @@ impl Window {
     /// Marks a pixel; whether it lies in the window and was not marked yet.
     fn enter(&self, pixel: usize, seen: &mut [u64]) -> bool {
         let (x, y) = (pixel % self.width, pixel / self.width);
-        if x < self.left || y < self.top || x >= self.left + self.side || y >= self.top + self.side {
+        if x < self.left || y < self.top || x >= self.left + self.side || y >= self.top + self.side
+        {
             return false;
         }
         let at = (y - self.top) * self.side + x - self.left;

@@ -10,7 +10,7 @@
 //!
 //! with D the distance of the interpolation, half as steep off the tangent plane of s, and h the weighted mean
 //! distance of s to its records. The points of largest gain become records, none within
-//! `0.7 √(points / records)` pixels of another of the same round; their values are taken in, and the next round
+//! `1.4 √(points / records)` pixels of another of the same round; their values are taken in, and the next round
 //! begins. Only points that a new record reaches are predicted anew. It sees what the interpolation will get
 //! wrong, so it needs no threshold and no term of geometry. Everything but the first stage is deterministic.
 
@@ -39,7 +39,7 @@ impl Default for ErrorGuided {
         Self {
             ratio: 0.4,
             rounds: 8,
-            spacing: 0.7,
+            spacing: 1.4,
         }
     }
 }
@@ -73,7 +73,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
             },
             Parameter {
                 key: "spacing",
-                default: "0.7",
+                default: "1.4",
                 unit: "√(points/records) pixels",
                 meaning: "least distance between records of a round, 0 to 4",
             },
@@ -99,6 +99,10 @@ fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
 impl Refinement for ErrorGuided {
     fn ratio(&self) -> f64 {
         self.ratio
+    }
+
+    fn predicts(&self) -> bool {
+        true
     }
 
     fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement {

@@ -85,6 +85,11 @@ pub trait Refinement: Send + Sync {
     /// Share of the budget that is kept back for this stage (R).
     fn ratio(&self) -> f64;
 
+    /// Whether it asks what records say of shading points.
+    fn predicts(&self) -> bool {
+        false
+    }
+
     /// `count` distinct points that are not yet records, or as many as there are. It may make
     /// records of the first of them on the way; those it makes are the first it returns.
     fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement;

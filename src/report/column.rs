@@ -27,6 +27,7 @@ impl Column {
     pub fn of(key: &str) -> Self {
         let (heading, unit, lower_is_better) = match key {
             "rmse" => ("RMSE", Unit::None, Some(true)),
+            "rmse_above_noise" => ("RMSE above noise", Unit::None, Some(true)),
             "relmse" => ("relMSE", Unit::None, Some(true)),
             "psnr" => ("PSNR", Unit::Decibel, Some(false)),
             "ssim" => ("SSIM", Unit::None, Some(false)),

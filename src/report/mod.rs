@@ -9,6 +9,7 @@ mod claims;
 mod column;
 mod curves;
 mod data;
+mod equal_cost;
 mod escape;
 mod estimate;
 mod figure;

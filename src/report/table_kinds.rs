@@ -2,6 +2,7 @@
 
 use super::column::{Column, Unit};
 use super::data::{Case, Data, SceneOf, SweepPoint};
+use super::equal_cost::equal_cost;
 use super::escape;
 use super::estimate::{Estimate, Standing, ranks, standings};
 use super::number::Style;
@@ -21,6 +22,7 @@ pub fn all(data: &Data) -> Vec<Table> {
             TableKind::Averages => averages(data, spec),
             TableKind::Stages => stages(data, spec),
             TableKind::Sweep => sweep(data, spec),
+            TableKind::EqualCost => equal_cost(data, spec, start(spec, "Method")),
         })
         .collect()
 }
@@ -31,6 +33,7 @@ fn errors() -> TableSpec {
         title: "Error".into(),
         kind: TableKind::Methods,
         metrics: vec!["rmse".into(), "flip_ldr".into()],
+        cost: String::new(),
     }
 }
 
@@ -50,6 +53,7 @@ pub fn costs(data: &Data) -> Table {
             title: "Costs".into(),
             kind: TableKind::Methods,
             metrics: metrics.map(String::from).to_vec(),
+            cost: String::new(),
         },
     )
 }

@@ -182,7 +182,8 @@ mod tests {
         let (t, _) = view(0.0);
         let values: Vec<f32> = t.iter().map(|t| f32::from(u8::from(t.is_none()))).collect();
         let nearness: Vec<f32> = t.iter().map(|t| t.map_or(0.0, |t| 1.0 / t)).collect();
-        let gradient = HemisphereEdges::new(side).gradient(&values, &nearness) / std::f32::consts::PI;
+        let gradient =
+            HemisphereEdges::new(side).gradient(&values, &nearness) / std::f32::consts::PI;
         let step = 0.1;
         let expected = (view(step).1 - view(-step).1) / (2.0 * step);
         assert!(

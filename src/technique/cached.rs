@@ -1,6 +1,7 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
 use glam::Vec3;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::frame::look_band;
@@ -72,6 +73,12 @@ pub trait CachedFunction: Sync {
 
     /// What a record alone says of a shading point, linear RGB.
     fn predict(&self, record: u32, of: &Site) -> Vec3;
+
+    /// What the function is multiplied by on its way to the image where the camera sees a shading
+    /// point.
+    fn importance(&self, _: &Caster, _: &RecordSite) -> Vec3 {
+        Vec3::ONE
+    }
 
     /// Length within which the function changes, scene units: positive and finite.
     fn length(&self) -> f32;
@@ -308,13 +315,18 @@ fn place_and_evaluate<'a>(
         let search = search_over(&points, &sites, rule(function.as_ref()));
         let mut growing = Growing {
             function: function.as_mut(),
+            frame,
             points: &points,
+            importance: Vec::new(),
             counter,
             added: 0,
             stages: Stages::default(),
         };
         let mut whole = Stages::default();
         let more = whole.time("refinement", || {
+            if refinement.predicts() {
+                growing.weigh();
+            }
             let mut input = Refinable {
                 points: &points,
                 sites: &sites,
@@ -326,7 +338,9 @@ fn place_and_evaluate<'a>(
         let (added, inside) = (growing.added, growing.stages.total());
         stages.0.push(("refinement", whole.total() - inside));
         growing.add(&more.sites[added..]);
-        stages.0.push(("refined_evaluation", growing.stages.total()));
+        stages
+            .0
+            .push(("refined_evaluation", growing.stages.total()));
         rendered.discontinuity = more.map;
         rendered.found.extend(more.found);
         rendered.notes.extend(more.notes);
@@ -357,12 +371,29 @@ fn place_and_evaluate<'a>(
 /// The records of a job while a refinement adds to them.
 struct Growing<'a, 'f> {
     function: &'a mut (dyn CachedFunction + 'f),
+    frame: &'a Frame<'a>,
     points: &'a ShadingPoints,
+    /// Of each point; empty if nothing is predicted.
+    importance: Vec<Vec3>,
     counter: &'a RayCounter,
     /// How many were added.
     added: usize,
     /// Time taken by adding.
     stages: Stages,
+}
+
+impl Growing<'_, '_> {
+    fn weigh(&mut self) {
+        let (frame, function, points) = (self.frame, &*self.function, self.points);
+        let caster = || frame.tracer.caster(self.counter);
+        self.importance = (0..points.len() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map_init(caster, |caster, i| {
+                function.importance(caster, &RecordSite::of(points, i))
+            })
+            .collect();
+    }
 }
 
 impl placement::Records for Growing<'_, '_> {
@@ -371,7 +402,8 @@ impl placement::Records for Growing<'_, '_> {
     }
 
     fn predict(&self, record: u32, point: u32) -> Vec3 {
-        self.function.predict(record, &Site::of(self.points, point))
+        let value = self.function.predict(record, &Site::of(self.points, point));
+        value * self.importance[point as usize]
     }
 
     fn add(&mut self, points: &[u32]) {
@@ -486,7 +518,10 @@ impl Shader<'_> {
         let positions: Vec<Vec3> = samples.iter().map(|s| s.site.position).collect();
         let normals: Vec<Vec3> = samples.iter().map(|s| s.site.normal).collect();
         let function = self.records.function.as_ref();
-        let how = (self.frame.scene.diagonal, self.records.interpolation.power());
+        let how = (
+            self.frame.scene.diagonal,
+            self.records.interpolation.power(),
+        );
         let caster = || self.frame.tracer.caster(self.counter);
         self.records.search.map_with(
             &positions,

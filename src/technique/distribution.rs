@@ -78,10 +78,49 @@ impl Distribution {
                 None => first.about.id.to_owned(),
             },
             first: (first.build)(&own(&first.about))?,
-            refinement: refinement
-                .map(|r| (r.build)(&own(&r.about)))
-                .transpose()?,
+            refinement: refinement.map(|r| (r.build)(&own(&r.about))).transpose()?,
             interpolation: (interpolation.build)(&own(&interpolation.about))?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn build(id: &str, parameters: &str) -> Result<Distribution, ParameterError> {
+        Distribution::new(id, &parameters.parse().expect("valid toml"))
+    }
+
+    #[test]
+    fn the_interpolation_is_the_papers_unless_asked_for_or_made_for_another() {
+        let of = |id, parameters| build(id, parameters).expect("valid").interpolation;
+        assert_eq!(of("VGC+DGS", ""), Interpolation::InverseDistance);
+        assert!(of("VGC+EGR", "").gradient().is_some());
+        assert!(of("IM", "interpolation = 'gradient'").gradient().is_some());
+        let plain = of("VGC+EGR", "interpolation = 'inverse-distance'");
+        assert_eq!(plain, Interpolation::InverseDistance);
+        let steep = of("VGC+EGR", "across = 4.0\npower = 2").gradient();
+        let steep = steep.expect("the gradient's parameters");
+        assert_eq!((steep.across, steep.power), (4.0, 2));
+    }
+
+    #[test]
+    fn wrong_interpolations_name_their_key() {
+        for (parameters, key) in [
+            ("interpolation = 'linear'", "interpolation"),
+            ("interpolation = 3", "interpolation"),
+            ("power = 2", "power"),
+            ("interpolation = 'gradient'\npower = 0", "power"),
+            ("interpolation = 'gradient'\nacross = -1.0", "across"),
+            ("interpolation = 'gradient'\nbend = nan", "bend"),
+            ("interpolation = 'gradient'\nclamp = 11.0", "clamp"),
+        ] {
+            let error = build("VGC", parameters).err().expect(parameters);
+            assert_eq!(error.key.as_deref(), Some(key), "{parameters}: {error}");
+        }
+        for parameters in ["rounds = 0", "spacing = 5.0", "ratio = 1.0"] {
+            assert!(build("VGC+EGR", parameters).is_err(), "{parameters}");
+        }
     }
 }

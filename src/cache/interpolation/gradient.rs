@@ -2,7 +2,7 @@
 //!
 //! A record keeps, besides its value, how the value turns with the normal (the bent or irradiance vector **B**)
 //! and how it changes with the position (**g**, from differences between adjacent directions over the
-//! distances their rays travelled). At a shading point with position p and normal n, record c says
+//! distances their rays travelled; for irradiance, whose paths are noisy, between the means of 8 × 8 blocks). At a shading point with position p and normal n, record c says
 //!
 //! ```text
 //! value_c = B_c·n + clamp(g_c·Δp, ±clamp)          kept within the function's range
@@ -23,9 +23,7 @@ use serde::Deserialize;
 
 use super::Interpolation;
 use crate::cache::{Ranking, SearchRule, TangentMetric};
-use crate::registry::{
-    About, Bias, InterpolationEntry, Parameter, ParameterError, parameters,
-};
+use crate::registry::{About, Bias, InterpolationEntry, Parameter, ParameterError, parameters};
 
 /// Parameters of gradient interpolation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -34,7 +32,7 @@ pub struct Gradient {
     pub across: f32,
     pub bend: f32,
     pub power: i32,
-    pub clamp: f32,
+    pub clamp: Option<f32>,
 }
 
 impl Default for Gradient {
@@ -43,7 +41,7 @@ impl Default for Gradient {
             across: 16.0,
             bend: 0.2,
             power: 3,
-            clamp: 0.1,
+            clamp: None,
         }
     }
 }
@@ -105,7 +103,7 @@ pub const ENTRY: InterpolationEntry = InterpolationEntry {
             },
             Parameter {
                 key: "clamp",
-                default: "0.1",
+                default: "0.1 for ambient occlusion, 0.3 for irradiance",
                 unit: "",
                 meaning: "largest change by the position: absolute for ambient occlusion, relative \
                           to the record's value for irradiance; 0 leaves the rotation only",
@@ -132,7 +130,7 @@ fn build(table: &toml::Table) -> Result<Interpolation, ParameterError> {
     if !(1..=8).contains(&gradient.power) {
         return error("power", "a whole number from 1 to 8");
     }
-    if !(0.0..=10.0).contains(&gradient.clamp) {
+    if !(0.0..=10.0).contains(&gradient.clamp.unwrap_or_default()) {
         return error("clamp", "a number from 0 to 10");
     }
     Ok(Interpolation::Gradient(gradient))

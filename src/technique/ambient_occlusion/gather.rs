@@ -87,7 +87,8 @@ impl Gatherer<'_> {
             scratch.nearness.push(nearness);
         }
         let bent = bent * (2.0 / count as f32);
-        let gradient = edges.gradient(&scratch.open, &scratch.nearness) * std::f32::consts::FRAC_1_PI;
+        let gradient =
+            edges.gradient(&scratch.open, &scratch.nearness) * std::f32::consts::FRAC_1_PI;
         let frame = LocalFrame::from_normal(site.normal);
         let change = Change {
             bent: frame.to_world(bent),
@@ -103,5 +104,76 @@ impl Gatherer<'_> {
             *world = frame.to_world(local);
         }
         offset_origin(site.position, site.geometric_normal, self.diagonal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::equal_area_hemisphere;
+    use crate::trace::{RayCounter, Tracer};
+
+    const SIDE: usize = 64;
+
+    /// A floor at z = 0 and a wall of height 0.6 over it at x = 1.
+    fn wall() -> Tracer {
+        let positions = [
+            Vec3::new(-9.0, -9.0, 0.0),
+            Vec3::new(9.0, -9.0, 0.0),
+            Vec3::new(9.0, 9.0, 0.0),
+            Vec3::new(-9.0, 9.0, 0.0),
+            Vec3::new(1.0, -9.0, 0.0),
+            Vec3::new(1.0, 9.0, 0.0),
+            Vec3::new(1.0, 9.0, 0.6),
+            Vec3::new(1.0, -9.0, 0.6),
+        ];
+        let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        Tracer::new(&positions, &triangles)
+    }
+
+    fn at(x: f32, normal: Vec3) -> Site {
+        Site {
+            position: Vec3::new(x, 0.1, 0.0),
+            normal: normal.normalize(),
+            geometric_normal: Vec3::Z,
+        }
+    }
+
+    #[test]
+    fn closest_hits_see_what_any_hits_see_and_tell_how_it_changes() {
+        let (tracer, counter) = (wall(), RayCounter::default());
+        let caster = tracer.caster(&counter);
+        let directions = equal_area_hemisphere(SIDE);
+        let gatherer = Gatherer {
+            directions: &directions,
+            distance: 20.0,
+            diagonal: 18.0,
+        };
+        let edges = HemisphereEdges::new(SIDE);
+        let mut scratch = Scratch::new(directions.len());
+        let site = at(0.3, Vec3::Z);
+        let value = gatherer.gather(&caster, &site, &mut scratch);
+        let bits = scratch.occluded.clone();
+        let (same, change) = gatherer.gather_change(&caster, (&site, &edges), &mut scratch);
+        assert!((value - same).abs() < 1e-6 && bits == scratch.occluded);
+        assert!((change.bent.dot(site.normal) - value).abs() < 1e-5);
+
+        let mut value_at = |site: Site| gatherer.gather(&caster, &site, &mut scratch);
+        let step = 0.1;
+        let ahead = value_at(at(0.3 + step, Vec3::Z));
+        let behind = value_at(at(0.3 - step, Vec3::Z));
+        let slope = (ahead - behind) / (2.0 * step);
+        assert!(
+            (change.gradient.x - slope).abs() < 0.15 * slope.abs(),
+            "{change:?} instead of {slope}"
+        );
+        // Turned towards the wall. Its lower hemisphere is the floor, which a record does not see.
+        let turned = Vec3::new(0.1, 0.0, 1.0).normalize();
+        let expected = value_at(at(0.3, turned)) - value;
+        let said = change.bent.dot(turned) - value;
+        assert!(
+            (said - expected).abs() < 0.03,
+            "{said} instead of {expected}"
+        );
     }
 }

@@ -183,8 +183,7 @@ impl CachedTechnique for AmbientOcclusion {
         frame: &'a Frame<'a>,
         (interpolation, _): (Interpolation, u64),
     ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
-        let records =
-            VisibilityRecords::new(frame, self.gatherer(frame), interpolation.gradient());
+        let records = VisibilityRecords::new(frame, self.gatherer(frame), interpolation.gradient());
         Ok((Box::new(records), self.parameters.lookup))
     }
 

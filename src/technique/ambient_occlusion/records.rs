@@ -24,12 +24,15 @@ pub struct VisibilityRecords<'a> {
     gradient: Option<Extrapolation>,
 }
 
+/// Largest change of the value by the position.
+const LARGEST_CHANGE: f32 = 0.1;
+
 /// What extrapolates records.
 struct Extrapolation {
     rule: Gradient,
     edges: HemisphereEdges,
-    changes: Vec<Change>,
-    positions: Vec<Vec3>,
+    /// Position of each record and how the value changes around it.
+    records: Vec<(Vec3, Change)>,
 }
 
 impl<'a> VisibilityRecords<'a> {
@@ -45,8 +48,7 @@ impl<'a> VisibilityRecords<'a> {
             gradient: gradient.map(|rule| Extrapolation {
                 rule,
                 edges: HemisphereEdges::new(side),
-                changes: Vec::new(),
-                positions: Vec::new(),
+                records: Vec::new(),
             }),
         }
     }
@@ -57,9 +59,9 @@ impl<'a> VisibilityRecords<'a> {
         let Some(gradient) = &self.gradient else {
             return self.values[i];
         };
-        let change = &gradient.changes[i];
-        let moved = change.gradient.dot(of.position - gradient.positions[i]);
-        let most = gradient.rule.clamp;
+        let (position, change) = &gradient.records[i];
+        let moved = change.gradient.dot(of.position - *position);
+        let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
         (change.bent.dot(of.normal) + moved.clamp(-most, most)).clamp(0.0, 1.0)
     }
 }
@@ -81,7 +83,10 @@ impl CachedFunction for VisibilityRecords<'_> {
             .with_min_len(GRAIN)
             .map_init(start, |(caster, scratch), (occluded, record)| {
                 let made = match edges {
-                    None => (gatherer.gather(caster, &record.site, scratch), Change::default()),
+                    None => (
+                        gatherer.gather(caster, &record.site, scratch),
+                        Change::default(),
+                    ),
                     Some(edges) => gatherer.gather_change(caster, (&record.site, edges), scratch),
                 };
                 occluded.copy_from_slice(&scratch.occluded);
@@ -91,8 +96,8 @@ impl CachedFunction for VisibilityRecords<'_> {
         self.values.extend(made.iter().map(|(value, _)| value));
         if let Some(gradient) = &mut self.gradient {
             let positions = sites.iter().map(|s| s.site.position);
-            gradient.positions.extend(positions);
-            gradient.changes.extend(made.iter().map(|(_, change)| change));
+            let records = positions.zip(made.iter().map(|(_, change)| *change));
+            gradient.records.extend(records);
         }
     }
 
@@ -136,8 +141,8 @@ impl CachedFunction for VisibilityRecords<'_> {
     }
 
     fn bytes(&self) -> usize {
-        let change = size_of::<Change>() + size_of::<Vec3>();
-        let changes = self.gradient.as_ref().map_or(0, |g| g.changes.len());
-        self.values.len() * 4 + self.occluded.len() * 8 + changes * change
+        let records = self.gradient.as_ref().map_or(0, |g| g.records.len());
+        let extrapolation = records * size_of::<(Vec3, Change)>();
+        self.values.len() * 4 + self.occluded.len() * 8 + extrapolation
     }
 }

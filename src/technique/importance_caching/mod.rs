@@ -246,9 +246,11 @@ impl CachedTechnique for ImportanceCaching {
         (interpolation, seed): (Interpolation, u64),
     ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
         if interpolation.gradient().is_some() {
-            return Err("importance caching samples by its records and interpolates no values: \
+            return Err(
+                "importance caching samples by its records and interpolates no values: \
                         set interpolation = \"inverse-distance\""
-                .into());
+                    .into(),
+            );
         }
         Ok((Box::new(self.records(frame, seed)), self.parameters.lookup))
     }

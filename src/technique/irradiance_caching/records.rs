@@ -29,12 +29,15 @@ pub struct IrradianceRecords<'a> {
     gradient: Option<Extrapolation>,
 }
 
+/// Largest change by the position, of a record's own irradiance.
+const LARGEST_CHANGE: f32 = 0.3;
+
 /// What extrapolates records.
 struct Extrapolation {
     rule: Gradient,
     edges: HemisphereEdges,
-    changes: Vec<Change>,
-    positions: Vec<Vec3>,
+    /// Position of each record and how irradiance changes around it.
+    records: Vec<(Vec3, Change)>,
 }
 
 impl<'a> IrradianceRecords<'a> {
@@ -44,9 +47,8 @@ impl<'a> IrradianceRecords<'a> {
         Self {
             gradient: gradient.map(|rule| Extrapolation {
                 rule,
-                edges: HemisphereEdges::new(side),
-                changes: Vec::new(),
-                positions: Vec::new(),
+                edges: Hemisphere::edges(side),
+                records: Vec::new(),
             }),
             gatherer,
             irradiance: Vec::new(),
@@ -76,8 +78,10 @@ impl<'a> IrradianceRecords<'a> {
         let Some(gradient) = &self.gradient else {
             return self.irradiance[i];
         };
-        let step = of.position - gradient.positions[i];
-        gradient.changes[i].extrapolate(self.irradiance[i], (step, of.normal), gradient.rule.clamp)
+        let (position, change) = &gradient.records[i];
+        let step = of.position - *position;
+        let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
+        change.extrapolate(self.irradiance[i], (step, of.normal), most)
     }
 }
 
@@ -89,34 +93,36 @@ impl CachedFunction for IrradianceRecords<'_> {
         let end = first + sites.len();
         self.normals.extend(sites.iter().map(|s| s.site.normal));
         self.luminances.resize(end * directions, f16::ZERO);
+        let side = directions.isqrt();
         let edges = self.gradient.as_ref().map(|gradient| &gradient.edges);
         let made: Vec<(Gathered, Change)> = self.luminances[first * directions..]
             .par_chunks_mut(directions)
             .zip(sites)
             .map(|(luminances, record)| {
                 let caster = gatherer.frame.tracer.caster(counter);
-                let mut hemisphere = Hemisphere::default();
+                let mut hemisphere = edges.map(|_| Hemisphere::new(side));
                 let item = [record.pixel, u32::MAX];
                 let gathered = gatherer.gather(&caster, (&record.site, item), |i, light, t| {
                     let value = luminance(light.into()).min(f16::MAX.to_f32());
                     luminances[i] = f16::from_f32(value);
-                    if edges.is_some() {
-                        hemisphere.push(light, t);
+                    if let Some(hemisphere) = &mut hemisphere {
+                        hemisphere.add((i, gatherer.directions[i]), light, t);
                     }
                 });
-                let change = edges.map_or(Change::default(), |edges| {
-                    hemisphere.change((gatherer, &record.site), edges)
+                let change = edges.zip(hemisphere).map(|(edges, mut hemisphere)| {
+                    hemisphere.change(edges, (&record.site, gatherer.frame.scene.diagonal))
                 });
-                (gathered, change)
+                (gathered, change.unwrap_or_default())
             })
             .collect();
-        self.irradiance.extend(made.iter().map(|(g, _)| g.irradiance));
+        self.irradiance
+            .extend(made.iter().map(|(g, _)| g.irradiance));
         let non_finite = made.iter().map(|(g, _)| g.non_finite).sum();
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
         if let Some(gradient) = &mut self.gradient {
             let positions = sites.iter().map(|s| s.site.position);
-            gradient.positions.extend(positions);
-            gradient.changes.extend(made.iter().map(|(_, change)| change));
+            let records = positions.zip(made.iter().map(|(_, change)| *change));
+            gradient.records.extend(records);
         }
     }
 
@@ -134,11 +140,17 @@ impl CachedFunction for IrradianceRecords<'_> {
         self.value(record, of)
     }
 
+    fn importance(&self, caster: &Caster, of: &RecordSite) -> Vec3 {
+        let frame = self.gatherer.frame;
+        let seen = frame.look(caster, of.pixel, 0);
+        seen.map_or(Vec3::ZERO, |seen| reflected(frame, &seen, Vec3::ONE))
+    }
+
     /// The median of the records' harmonic mean distances; without any, a tenth of the diagonal.
     fn length(&self) -> f32 {
-        let changes = self.gradient.iter().flat_map(|g| &g.changes);
-        let mut lengths: Vec<f32> = changes
-            .map(|change| change.mean_distance)
+        let records = self.gradient.iter().flat_map(|g| &g.records);
+        let mut lengths: Vec<f32> = records
+            .map(|(_, change)| change.mean_distance)
             .filter(|length| length.is_finite() && *length > 0.0)
             .collect();
         if lengths.is_empty() {
@@ -149,16 +161,16 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3] {
-        let irradiance = self
-            .interpolate(&seen.site, found)
-            .unwrap_or_else(|| {
-                self.misses.fetch_add(1, Ordering::Relaxed);
-                let item = [seen.pixel, seen.sample];
-                let gathered = self.gatherer.gather(caster, (&seen.site, item), |_, _, _| ());
-                self.non_finite
-                    .fetch_add(gathered.non_finite, Ordering::Relaxed);
-                gathered.irradiance
-            });
+        let irradiance = self.interpolate(&seen.site, found).unwrap_or_else(|| {
+            self.misses.fetch_add(1, Ordering::Relaxed);
+            let item = [seen.pixel, seen.sample];
+            let gathered = self
+                .gatherer
+                .gather(caster, (&seen.site, item), |_, _, _| ());
+            self.non_finite
+                .fetch_add(gathered.non_finite, Ordering::Relaxed);
+            gathered.irradiance
+        });
         reflected(self.gatherer.frame, seen, irradiance).into()
     }
 
@@ -167,9 +179,9 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn bytes(&self) -> usize {
-        let change = size_of::<Change>() + size_of::<Vec3>();
-        let changes = self.gradient.as_ref().map_or(0, |g| g.changes.len());
-        self.irradiance.len() * 24 + self.luminances.len() * 2 + changes * change
+        let records = self.gradient.as_ref().map_or(0, |g| g.records.len());
+        let extrapolation = records * size_of::<(Vec3, Change)>();
+        self.irradiance.len() * 24 + self.luminances.len() * 2 + extrapolation
     }
 
     fn non_finite(&self) -> u64 {
