@@ -214,7 +214,12 @@ pub struct FigureSpec {
 impl FigureKind {
     /// Whether it takes what jobs keep of their lights when such a figure is asked for.
     pub fn shows_lights(self) -> bool {
-        matches!(self, Self::Lights | Self::Classification)
+        matches!(self, Self::Lights | Self::Classification | Self::Components)
+    }
+
+    /// Whether it is one plot of all scenes, made of numbers alone.
+    pub fn is_plot(self) -> bool {
+        matches!(self, Self::Curves | Self::Ranking)
     }
 }
 
@@ -233,6 +238,10 @@ pub enum FigureKind {
     Lights,
     /// Emissive and other texels of the environment map in two colours.
     Classification,
+    /// The classified environment map, then the image of each method, such as the parts of one.
+    Components,
+    /// Ranks of the methods under each environment map, for each metric of `y`.
+    Ranking,
 }
 
 /// A statement of the paper about rows.
