@@ -6,13 +6,14 @@
 //!
 //! The modules import downwards only:
 //! `cli → experiment, report → technique → placement, cache, environment, shade → scene, trace,
-//! sample → image`.
+//! sample → image, memory`.
 
 pub mod cache;
 pub mod cli;
 pub mod environment;
 pub mod experiment;
 pub mod image;
+mod memory;
 pub mod metric;
 pub mod placement;
 pub mod registry;

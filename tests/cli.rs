@@ -37,6 +37,24 @@ text = "bounded"
 expect = "rmse(VGC+DGS) < 0.5"
 "#;
 
+/// A small experiment under a map, every image of the same time.
+const TIMED: &str = r#"
+name = "timed"
+technique = "environment-lighting"
+parameters = { reference_samples = 8, reference_passes = 2 }
+seconds = 0.02
+size = [24, 18]
+environment = "living-room"
+
+[[scene]]
+name = "still-puzzle"
+
+[[method]]
+id = "mis"
+[[method]]
+id = "decomposition"
+"#;
+
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -251,6 +269,70 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
             output.err
         );
         assert!(!place.path().join("results").exists(), "{expected}");
+    }
+}
+
+#[test]
+fn wrong_budgets_are_refused_with_their_key_and_what_is_expected() {
+    let place = Place::new();
+    let scene = "name = \"still-puzzle\"";
+    let number = "seconds: expected a number above 0 and up to 86400";
+    for (text, expected) in [
+        (TIMED.replace("0.02", "0"), number),
+        (TIMED.replace("0.02", "-1.5"), number),
+        (TIMED.replace("0.02", "inf"), number),
+        (TIMED.replace("0.02", "\"long\""), "bad.toml:5:"),
+        (
+            TIMED.replace("0.02", "0.02\nlights = 4"),
+            "two budgets, `lights` and `seconds`: expected one of them",
+        ),
+        (
+            TIMED.replace(scene, &format!("{scene}\nlights = 4")),
+            "two budgets",
+        ),
+        (
+            TIMED.replace("seconds = 0.02", "caches = 4"),
+            "takes `lights` or `seconds`, not `caches`",
+        ),
+        (
+            TINY.replace("caches = 60", "seconds = 1.0"),
+            "takes `caches`, not `seconds`",
+        ),
+        (TIMED.replace("seconds = 0.02", ""), "set `lights`"),
+    ] {
+        place.write("bad.toml", &text);
+        let output = place.lightbench(&["plan", "bad.toml"]);
+        assert_eq!(output.code, 2, "{expected}: {}", output.err);
+        assert!(output.err.contains(expected), "{expected}: {}", output.err);
+    }
+}
+
+#[test]
+fn a_budget_in_seconds_records_the_count_that_repeats_its_image() {
+    let place = Place::new();
+    place.write("timed.toml", TIMED);
+    let run = place.lightbench(&["run", "timed.toml", "--out", "timed"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let rows = place.rows("timed");
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        assert_eq!(row["budget"], "seconds=0.02");
+        let count = row["params"]["lights_in_time"].as_f64().expect("recorded");
+        assert!(count >= 1.0 && count.fract() == 0.0);
+        let method = row["method"].as_str().expect("text");
+        let counted = TIMED.replace("seconds = 0.02", &format!("lights = {count}"));
+        place.write("counted.toml", &counted);
+        let arguments = ["run", "counted.toml", "--method", method, "--out", method];
+        let again = place.lightbench(&arguments);
+        assert_eq!(again.code, 0, "{}", again.err);
+        let repeated = &place.rows(method)[0];
+        assert_eq!(repeated["lights"], row["lights"]);
+        for metric in ["rmse", "flip_ldr"] {
+            assert_eq!(repeated[metric], row[metric], "{method} {metric}");
+        }
+        let job = format!("timed/jobs/{}", row["job"].as_str().expect("text"));
+        let pixel = place.lightbench(&["replay", &job, "--pixel", "12,14"]);
+        assert_eq!(pixel.code, 0, "{}", pixel.err);
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
-use crate::experiment::{Job, Row, Store, build_method, build_technique, frame_of, load_scene};
+use crate::experiment::{
+    Job, LIGHTS_IN_TIME, Row, Store, build_method, build_technique, frame_of, load_scene,
+};
 use crate::registry;
 use crate::technique::Contender;
 use crate::trace::{RayCounter, Tracer};
@@ -53,7 +55,16 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         .iter()
         .find(|job| job.id == id)
         .ok_or_else(|| Failure::usage(format!("{} has no job {id}", folder.display())))?;
-    let job = &with_kept_setting(job, store.row(&id).as_ref());
+    let row = store.row(&id);
+    let job = &with_kept_setting(job, row.as_ref());
+    let found = row.and_then(|row| row.number(LIGHTS_IN_TIME));
+    let budget = job.budget.count().or(found.map(|count| count as u64));
+    let budget = budget.ok_or_else(|| {
+        Failure::usage(format!(
+            "job {id} has a budget in seconds and no row that tells how many lights they paid for; \
+             run it first"
+        ))
+    })?;
     let (x, y) = args
         .pixel
         .split_once(',')
@@ -83,7 +94,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     }
     let contender = Contender {
         method: &method,
-        budget: job.budget.amount() as usize,
+        budget: budget as usize,
         seed: job.seed,
         reference: None,
     };

@@ -8,7 +8,7 @@ use super::emissive::{Classification, Rule};
 use super::indirects::{Weights, indirects};
 use super::leaves::leaves;
 use super::texels::Texels;
-use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
+use super::{Environment, EnvironmentSampler, LightKind, LightSampler, LightSet};
 use crate::registry::{self, About, Bias, Parameter, ParameterError, SamplerEntry};
 
 const fn parameter(
@@ -75,6 +75,13 @@ const PARAMETERS: &[Parameter] = &[
         ],
     ),
     parameter(["energy_weight", "1"], ["", "w_E of eq. 3"]),
+    parameter(
+        ["part", "both"],
+        [
+            "",
+            "lights that are shaded: both, direct or indirect ones; on surfaces the two add up to both",
+        ],
+    ),
 ];
 
 const FAILURES: &[&str] = &[
@@ -129,6 +136,17 @@ struct Parameters {
     variance_weight: f64,
     extent_weight: f64,
     energy_weight: f64,
+    part: Part,
+}
+
+/// Which lights are shaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Part {
+    #[default]
+    Both,
+    Direct,
+    Indirect,
 }
 
 impl Default for Parameters {
@@ -146,6 +164,7 @@ impl Default for Parameters {
             variance_weight: 1.0,
             extent_weight: 5.0,
             energy_weight: 1.0,
+            part: Part::Both,
         }
     }
 }
@@ -304,6 +323,14 @@ impl LightSampler for Decomposition {
 
     fn reduction(&self) -> usize {
         self.reduction
+    }
+
+    fn shades(&self, kind: LightKind) -> bool {
+        match self.parameters.part {
+            Part::Both => true,
+            Part::Direct => kind == LightKind::Direct,
+            Part::Indirect => kind == LightKind::Indirect,
+        }
     }
 
     fn lights_within(

@@ -118,6 +118,11 @@ pub trait LightSampler: Send + Sync {
         1
     }
 
+    /// Whether lights of a kind are shaded; an image without some shows what they add.
+    fn shades(&self, _kind: LightKind) -> bool {
+        true
+    }
+
     /// The lights whose shading costs at most `rays` shadow rays a pixel, when an indirect one costs
     /// `indirect_cost`, in (0, 1].
     fn lights_within(

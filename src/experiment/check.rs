@@ -2,6 +2,7 @@
 
 use super::claim::EVERY_SCENE;
 use super::config::{Config, ConfigError, Source};
+use super::equal_time::FOUND as LIGHTS_IN_TIME;
 use super::expression::Expression;
 use super::row::NUMBER_COLUMNS;
 
@@ -96,6 +97,7 @@ impl Names<'_> {
         };
         if NUMBER_COLUMNS.contains(&column)
             || column == "flip"
+            || column == LIGHTS_IN_TIME
             || column.starts_with("seconds_")
             || parameter(column)
         {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::locate::locate;
+use super::scale::Scale;
 
 /// An experiment as written. Every key has a default but `name`, `technique`, `scene` and `method`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -28,6 +29,9 @@ pub struct Config {
     /// Shadow rays per shading point of every contender of environment lighting.
     #[serde(default)]
     pub lights: Option<u64>,
+    /// In place of `lights`: seconds that the image of every contender takes.
+    #[serde(default)]
+    pub seconds: Option<f64>,
     /// Environment maps by name or file, crossed with the scenes that name none themselves.
     #[serde(default)]
     pub environment: Option<OneOrMore>,
@@ -75,41 +79,6 @@ fn unit_scale() -> Scale {
     Scale(1.0)
 }
 
-/// A positive factor written as a number or as a fraction, `0.25` or `"1/4"`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Scale(pub f64);
-
-impl<'de> Deserialize<'de> for Scale {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(untagged)]
-        enum Form {
-            Number(f64),
-            Integer(i64),
-            Text(String),
-        }
-        let value = match Form::deserialize(deserializer)? {
-            Form::Number(x) => Some(x),
-            Form::Integer(x) => Some(x as f64),
-            Form::Text(text) => match text.split_once('/') {
-                Some((a, b)) => a
-                    .trim()
-                    .parse::<f64>()
-                    .ok()
-                    .zip(b.trim().parse::<f64>().ok())
-                    .map(|(a, b)| a / b),
-                None => text.trim().parse().ok(),
-            },
-        };
-        value
-            .filter(|v| v.is_finite() && *v > 0.0)
-            .map(Scale)
-            .ok_or_else(|| {
-                serde::de::Error::custom("expected a positive scale such as 0.25 or \"1/4\"")
-            })
-    }
-}
-
 /// A name or a list of names.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(untagged)]
@@ -147,6 +116,8 @@ pub struct SceneChoice {
     pub caches: Option<u64>,
     #[serde(default)]
     pub lights: Option<u64>,
+    #[serde(default)]
+    pub seconds: Option<f64>,
     /// Replaces the scene's environment; several maps make several scenes.
     #[serde(default)]
     pub environment: Option<OneOrMore>,
@@ -241,7 +212,8 @@ pub struct FigureSpec {
     /// they are placed where the methods differ most.
     #[serde(default)]
     pub insets: Vec<[f64; 4]>,
-    /// `curves`: the row column on the horizontal axis, and those on the vertical axes.
+    /// `curves`: the row column on the horizontal axis, and those on the vertical axes; `ranking`: only
+    /// those, `rmse` and `flip_ldr` by default.
     #[serde(default)]
     pub x: Option<String>,
     #[serde(default)]
@@ -251,7 +223,12 @@ pub struct FigureSpec {
 impl FigureKind {
     /// Whether it takes what jobs keep of their lights when such a figure is asked for.
     pub fn shows_lights(self) -> bool {
-        matches!(self, Self::Lights | Self::Classification)
+        matches!(self, Self::Lights | Self::Classification | Self::Components)
+    }
+
+    /// Whether it is one plot of all scenes, made of numbers alone.
+    pub fn is_plot(self) -> bool {
+        matches!(self, Self::Curves | Self::Ranking)
     }
 }
 
@@ -270,6 +247,10 @@ pub enum FigureKind {
     Lights,
     /// Emissive and other texels of the environment map in two colours.
     Classification,
+    /// The classified environment map, then the image of each method, such as the parts of one.
+    Components,
+    /// Ranks of the methods under each environment map, for each metric of `y`.
+    Ranking,
 }
 
 /// A statement of the paper about rows.

@@ -1,9 +1,11 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
+mod budget;
 mod caught;
 mod check;
 mod claim;
 mod config;
+mod equal_time;
 mod expression;
 mod light_files;
 mod locate;
@@ -14,23 +16,27 @@ mod provenance;
 mod reference;
 mod row;
 mod run;
+mod scale;
 mod store;
 mod suite;
 
+pub use budget::Budget;
 pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
 pub use config::{
-    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published, Scale,
+    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published,
     SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
 };
+pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
 pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
 pub use overrides::Override;
-pub use plan::{Budget, Job, Plan, hash, plan};
+pub use plan::{Job, Plan, hash, plan};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{NUMBER_COLUMNS, Row, to_csv};
 pub use run::{
     Outcome, RunError, RunOptions, build_method, build_technique, frame_of, load_scene, run,
 };
+pub use scale::Scale;
 pub use store::Store;
 pub use suite::{Member, Suite};
 

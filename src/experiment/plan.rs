@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::config::{Config, ConfigError, SceneChoice, SceneTransform, Source};
+use super::budget::Budget;
+use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
 use crate::registry::{self, Contenders, TechniqueEntry};
@@ -15,6 +16,8 @@ use crate::technique::{Method, Technique};
 
 /// Changes whenever the same job would give another result, so that older results are not reused.
 const FORMAT: u32 = 1;
+/// What images of a given time count as in estimates, with those that the time is found by.
+const RAYS_PER_SECOND: f64 = 2e7;
 
 /// A resolved experiment: nothing is left to decide before rays are traced.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -63,33 +66,6 @@ pub struct Job {
     pub allow_non_finite: bool,
 }
 
-/// What the contenders of an experiment share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Budget {
-    /// Records.
-    Caches(u64),
-    /// Shadow rays per shading point: lights at full resolution, or samples.
-    Lights(u64),
-}
-
-impl Budget {
-    pub fn amount(self) -> u64 {
-        match self {
-            Self::Caches(amount) | Self::Lights(amount) => amount,
-        }
-    }
-}
-
-impl std::fmt::Display for Budget {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Self::Caches(amount) => write!(f, "caches={amount}"),
-            Self::Lights(amount) => write!(f, "lights={amount}"),
-        }
-    }
-}
-
 impl Job {
     /// Rays this job will cast, at most: camera rays, and evaluations of its records or shadow rays
     /// of its lights.
@@ -99,6 +75,7 @@ impl Job {
         match self.budget {
             Budget::Caches(caches) => pixels + samples + caches * self.rays_per_evaluation(),
             Budget::Lights(lights) => samples * (1 + lights),
+            Budget::Seconds(seconds) => samples + (seconds * RAYS_PER_SECOND) as u64,
         }
     }
 
@@ -123,7 +100,7 @@ impl Job {
                 let technique = self.built_technique();
                 caches * technique.map_or(0, |t| t.bytes_per_record())
             }
-            Budget::Lights(_) => 0,
+            Budget::Lights(_) | Budget::Seconds(_) => 0,
         }
     }
 
@@ -310,40 +287,6 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// The budget that the technique takes, for one scene.
-    fn budget(&self, choice: &SceneChoice) -> Result<Budget, (&'static str, String)> {
-        let config = self.config;
-        let lights = registry::technique(&config.technique)
-            .is_some_and(|t| t.contenders == Contenders::EnvironmentSamplers);
-        let [wanted, unused] = match lights {
-            true => ["lights", "caches"],
-            false => ["caches", "lights"],
-        };
-        let given = |key: &str| match key {
-            "caches" => choice.caches.or(config.caches),
-            _ => choice.lights.or(config.lights),
-        };
-        if given(unused).is_some() {
-            let message = format!(
-                "{} takes `{wanted}`, not `{unused}`, as its budget",
-                config.technique
-            );
-            return Err((unused, message));
-        }
-        let full = given(wanted).filter(|n| *n > 0).ok_or_else(|| {
-            let message =
-                format!("no number of {wanted}: set `{wanted}` for the experiment or the scene");
-            (wanted, message)
-        })?;
-        Ok(match lights {
-            true => Budget::Lights(full),
-            false => {
-                let scaled = full as f64 * config.scale.0 * config.scale.0;
-                Budget::Caches((scaled.round() as u64).max(1))
-            }
-        })
-    }
-
     /// Method id, label and parameters, all checked.
     fn methods(
         &self,
@@ -420,9 +363,7 @@ impl Planner<'_> {
             .or(config.size)
             .unwrap_or([view.width, view.height]);
         let scaled = |side: usize| ((side as f64 * config.scale.0).round() as usize).max(1);
-        let budget = self
-            .budget(choice)
-            .map_err(|(key, message)| at(key, message))?;
+        let budget = Budget::of(config, choice).map_err(|(key, message)| at(key, message))?;
         let mut technique_parameters = config.parameters.clone();
         if let Some(distance) = choice.ao_distance {
             technique_parameters.insert("distance".into(), Value::Float(distance));
@@ -499,7 +440,7 @@ impl Job {
             serde_json::json!(self.reference),
             serde_json::json!(self.method),
             serde_json::json!(self.method_parameters),
-            serde_json::json!(self.budget.amount()),
+            self.budget.key(),
             serde_json::json!(self.seed),
         ];
         done.extend(own.map(|own| serde_json::json!(own)));

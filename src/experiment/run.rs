@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::caught::caught;
 use super::light_files::write_lights;
 use super::reference::{Reference, ReferenceStore};
-use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
+use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::registry::{self, TechniqueEntry};
@@ -199,18 +199,25 @@ impl Runner {
                 return (row, None);
             }
         };
-        let contender = Contender {
-            method: &method,
-            budget: job.budget.amount() as usize,
-            seed: job.seed,
-            reference: Some(&reference.mean),
+        let render = |count: u64| {
+            let contender = Contender {
+                method: &method,
+                budget: count as usize,
+                seed: job.seed,
+                reference: Some(&reference.mean),
+            };
+            technique.render(frame, &contender)
+        };
+        let render = || match job.budget {
+            Budget::Caches(count) | Budget::Lights(count) => render(count),
+            Budget::Seconds(seconds) => equal_time::render_within(seconds, render),
         };
         let options = CompareOptions {
             exposure: technique.exposure_stops(frame.scene),
             maps: true,
             ..CompareOptions::default()
         };
-        let result = caught(|| technique.render(frame, &contender)).and_then(|rendered| {
+        let result = caught(render).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
             self.progress.spend("settings not kept", uncharged);
             self.progress
@@ -295,7 +302,9 @@ fn fill(
 ) {
     match job.budget {
         Budget::Caches(_) => row.caches = Some(rendered.records.len() as u64),
-        Budget::Lights(_) => row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64),
+        Budget::Lights(_) | Budget::Seconds(_) => {
+            row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64)
+        }
     }
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::members::{Bounds, Member, NORMAL, partition};
-use super::vgc::Growth;
+use super::growth::Growth;
+use super::members::{Bounds, Member, NORMAL};
+use super::partition::partition;
 
 /// A mean normal shorter than this means that the normals cancel: the spread counts as a full turn.
 const CANCELLED: f64 = 1e-4;
@@ -51,15 +52,10 @@ impl Cones {
     }
 
     /// The number of clusters that `members` fall into, or `limit` as soon as it is reached.
-    /// `scratch` holds the copy that is reordered.
-    pub fn count(&self, members: &[Member], limit: u32, scratch: &mut Vec<Member>) -> u32 {
-        if members.len() < 2 || !self.too_wide(members) {
-            return 1;
-        }
-        scratch.clear();
-        scratch.extend_from_slice(members);
+    /// Members are reordered.
+    pub fn count(&self, members: &mut [Member], limit: u32) -> u32 {
         let mut count = 0;
-        self.split(scratch, 0, &mut |_| {
+        self.split(members, 0, &mut |_| {
             count += 1;
             count < limit
         });
@@ -103,14 +99,14 @@ mod tests {
             depth: vec![1.0; normals.len()],
             ..ShadingPoints::default()
         };
-        let members: Vec<Member> = (0..normals.len() as u32)
+        let mut members: Vec<Member> = (0..normals.len() as u32)
             .map(|i| Member::new(&points, i, 1.0))
             .collect();
         let cones = Cones::new(Thresholds {
             growth: Growth::new((1.0, 1.0), 0.2, 1.0),
             angle_rad: degrees.to_radians(),
         });
-        cones.count(&members, u32::MAX, &mut Vec::new())
+        cones.count(&mut members, u32::MAX)
     }
 
     fn tilted(degrees: f32) -> Vec3 {

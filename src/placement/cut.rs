@@ -5,18 +5,47 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::cones::Cones;
-use super::hierarchy::{Hierarchy, Split};
-use super::members::{Bounds, Member, POSITION, halve, partition};
+use super::hierarchy::{Hierarchy, Measure};
+use super::members::{Bounds, Member, POSITION, Spot, complete};
+use super::partition::{halve, partition};
+use super::representative::{Average, nearest_to_average};
+use crate::cache::{NO_POINT, ShadingPoints};
 
 /// Fewest nodes whose angular clusters are counted together.
 const BATCH: usize = 256;
+/// Nodes whose normals are fetched together: many fetches wait at once.
+const GROUP: usize = 32;
+
+/// How spatial clusters become records.
+#[derive(Clone, Copy)]
+pub(super) struct Angular<'a> {
+    pub points: &'a ShadingPoints,
+    pub cones: Cones,
+    pub average: Average,
+    pub seed: u64,
+}
+
+impl Angular<'_> {
+    /// The record of a cluster.
+    pub fn record(&self, members: &[Member]) -> u32 {
+        nearest_to_average(members, self.average, self.seed)
+    }
+}
+
+/// A cluster after the angular splits.
+pub(super) struct Cluster {
+    /// Its members in the tree.
+    pub range: Range<usize>,
+    /// Its record, if that was chosen already.
+    pub record: Option<u32>,
+}
 
 /// A cut through the spatial hierarchy.
 pub(super) struct Cut {
     /// Spatial clusters, by first member.
     pub nodes: Vec<u32>,
-    /// Whether the normals of each spatial cluster are within one cone.
-    whole: Vec<bool>,
+    /// Their records, of those whose normals are within one cone.
+    records: Vec<Option<u32>>,
     /// Clusters after the angular splits.
     pub clusters: usize,
     /// σ_s: the size of the last node that was split, scene units at the nearest depth. A cut of
@@ -34,9 +63,9 @@ impl Cut {
     /// computed once, in parallel, and only for nodes that a cut comes to.
     ///
     /// *differs:* from the paper's binary search only in being exact.
-    pub fn find<F: Fn(&[Member]) -> Split + Sync>(
+    pub fn find<F: Measure<Member = Spot>>(
         tree: &Hierarchy<F>,
-        cones: Cones,
+        angular: Angular,
         count: usize,
     ) -> Self {
         let order = tree.largest_first(count - 1);
@@ -44,8 +73,8 @@ impl Cut {
         order.iter().for_each(|&i| opened[i as usize] = true);
         let mut counts = AngularCounts {
             tree,
-            cones,
-            known: vec![0; tree.nodes.len()],
+            angular,
+            known: vec![Known::default(); tree.nodes.len()],
             limit: u32::try_from(count).unwrap_or(u32::MAX).saturating_add(1),
         };
         let leaves = tree.cut(|i| opened[i as usize]);
@@ -66,101 +95,151 @@ impl Cut {
         }
         let nodes = tree.cut(|i| opened[i as usize]);
         Self {
-            whole: nodes.iter().map(|&i| counts.of(i) == 1).collect(),
+            records: nodes.iter().map(|&i| counts.record(i)).collect(),
             nodes,
             clusters,
             size: tree.nodes[order[..splits].last().map_or(0, |&i| i as usize)].size,
         }
     }
 
-    /// Makes the angular splits and returns the clusters as ranges of the tree's members, which
-    /// are reordered: nodes below the cut are no longer valid.
-    pub fn clusters_of<F: Sync>(
+    /// Makes the angular splits and returns the clusters; the tree's members are reordered: nodes
+    /// below the cut are no longer valid.
+    pub fn clusters_of<F: Measure<Member = Spot>>(
         &self,
         tree: &mut Hierarchy<F>,
-        cones: &Cones,
-    ) -> Vec<Range<usize>> {
+        angular: Angular,
+    ) -> Vec<Cluster> {
         let mut tasks = Vec::with_capacity(self.nodes.len());
         let mut rest = &mut tree.members[..];
         let mut start = 0;
-        for (&node, &whole) in self.nodes.iter().zip(&self.whole) {
+        for (&node, &record) in self.nodes.iter().zip(&self.records) {
             let (own, tail) = rest.split_at_mut(tree.nodes[node as usize].len());
             let offset = start;
             start += own.len();
-            tasks.push((offset, own, whole));
+            tasks.push((offset, own, record));
             rest = tail;
         }
-        let split = |(offset, own, whole): (usize, &mut [Member], bool)| {
-            let mut ranges = Vec::with_capacity(1);
-            if whole {
-                ranges.push(offset..offset + own.len());
-                return ranges;
+        let split = |mut clusters: Vec<Cluster>,
+                     (offset, own, record): (usize, &mut [Spot], Option<u32>)| {
+            if record.is_some() {
+                let range = offset..offset + own.len();
+                clusters.push(Cluster { range, record });
+                return clusters;
             }
-            cones.split(own, offset, &mut |range| {
-                ranges.push(range);
+            let mut members = Vec::with_capacity(own.len());
+            complete(angular.points, own, &mut members);
+            let first = clusters.len();
+            angular.cones.split(&mut members, 0, &mut |range| {
+                let record = None;
+                clusters.push(Cluster { range, record });
                 true
             });
-            ranges
+            for cluster in &mut clusters[first..] {
+                let Range { start, end } = cluster.range.clone();
+                cluster.record = Some(angular.record(&members[start..end]));
+                cluster.range = offset + start..offset + end;
+            }
+            for (spot, member) in own.iter_mut().zip(&members) {
+                *spot = member.spot();
+            }
+            clusters
         };
-        tasks.into_par_iter().flat_map_iter(split).collect()
+        let parts = tasks.into_par_iter().fold(Vec::new, split);
+        parts.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 }
 
-/// How many clusters the angular splits make of each spatial cluster.
-struct AngularCounts<'a, F> {
+/// What the angular splits make of a spatial cluster.
+#[derive(Clone, Copy, Default)]
+struct Known {
+    /// Number of clusters; 0 where it is not known yet.
+    count: u32,
+    /// The record if it is one cluster: it costs little while the members are at hand.
+    record: u32,
+}
+
+/// What the angular splits make of each spatial cluster.
+struct AngularCounts<'a, F: Measure> {
     tree: &'a Hierarchy<F>,
-    cones: Cones,
-    /// 0 where it is not known yet.
-    known: Vec<u32>,
+    angular: Angular<'a>,
+    known: Vec<Known>,
     /// Counting stops here.
     limit: u32,
 }
 
-impl<F: Fn(&[Member]) -> Split + Sync> AngularCounts<'_, F> {
+impl<F: Measure<Member = Spot>> AngularCounts<'_, F> {
     fn of(&self, node: u32) -> usize {
-        self.known[node as usize] as usize
+        self.known[node as usize].count as usize
+    }
+
+    fn record(&self, node: u32) -> Option<u32> {
+        let known = self.known[node as usize];
+        (known.count == 1).then_some(known.record)
     }
 
     fn learn(&mut self, nodes: &[u32]) {
-        let count = |scratch: &mut Vec<Member>, &i: &u32| {
-            let members = &self.tree.members[self.tree.nodes[i as usize].range()];
-            self.cones.count(members, self.limit, scratch)
+        let angular = self.angular;
+        let look = |members: &mut [Member]| {
+            let count = angular.cones.count(members, self.limit);
+            let record = match count {
+                1 => angular.record(members),
+                _ => NO_POINT,
+            };
+            Known { count, record }
         };
-        let counts: Vec<u32> = nodes.par_iter().map_init(Vec::new, count).collect();
-        for (&i, count) in nodes.iter().zip(counts) {
-            self.known[i as usize] = count;
+        let spots = |i: u32| &self.tree.members[self.tree.nodes[i as usize].range()];
+        let look_at_group = |members: &mut Vec<Member>, group: &[u32]| {
+            members.clear();
+            let all = group.iter().map(|&i| spots(i));
+            all.for_each(|own| complete(angular.points, own, members));
+            let mut rest = &mut members[..];
+            let known = group.iter().map(|&i| {
+                let (own, tail) = std::mem::take(&mut rest).split_at_mut(spots(i).len());
+                rest = tail;
+                look(own)
+            });
+            known.collect::<Vec<_>>()
+        };
+        let groups = nodes.par_chunks(GROUP);
+        let known: Vec<Vec<Known>> = groups.map_init(Vec::new, look_at_group).collect();
+        for (&i, known) in nodes.iter().zip(known.into_iter().flatten()) {
+            self.known[i as usize] = known;
         }
     }
 }
 
 /// Splits the clusters with the most members in two until there are `count` clusters or all have
 /// one member.
-pub(super) fn split_largest(
-    members: &mut [Member],
-    clusters: &mut Vec<Range<usize>>,
-    count: usize,
-) {
+pub(super) fn split_largest(members: &mut [Spot], clusters: &mut Vec<Cluster>, count: usize) {
     while clusters.len() < count {
         let missing = count - clusters.len();
         let mut order: Vec<usize> = (0..clusters.len())
-            .filter(|&i| clusters[i].len() > 1)
+            .filter(|&i| clusters[i].range.len() > 1)
             .collect();
         if order.is_empty() {
             return;
         }
-        order.sort_by_key(|&i| (std::cmp::Reverse(clusters[i].len()), clusters[i].start));
+        order.sort_by_key(|&i| {
+            let range = &clusters[i].range;
+            (std::cmp::Reverse(range.len()), range.start)
+        });
         for &i in order.iter().take(missing) {
-            let range = clusters[i].clone();
+            let range = clusters[i].range.clone();
             let own = &mut members[range.clone()];
-            let bounds = Bounds::around(own);
+            let mut bounds = Bounds::EMPTY;
+            own.iter().for_each(|spot| bounds.add(&spot.lanes));
             let axis = bounds.widest(&POSITION);
             let middle = if bounds.extent(axis) > 0.0 {
                 partition(own, axis, bounds.middle(axis))
             } else {
                 halve(own, axis)
             };
-            clusters[i] = range.start..range.start + middle;
-            clusters.push(range.start + middle..range.end);
+            let half = |range| Cluster {
+                range,
+                record: None,
+            };
+            clusters[i] = half(range.start..range.start + middle);
+            clusters.push(half(range.start + middle..range.end));
         }
     }
 }

@@ -1,9 +1,11 @@
 //! A tree of clusters that is grown only where a threshold asks for it, and cut at any threshold
 //! without being built again.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::members::{Member, halve, partition};
+use super::partition::{Coordinates, halve, is_large, partition, partition_large};
 
 /// Nodes with more members than this grow their halves in parallel.
 const PARALLEL: usize = 1 << 15;
@@ -16,6 +18,18 @@ pub(super) struct Split {
     pub axis: usize,
     /// `None` splits in two halves of equal count.
     pub plane: Option<f32>,
+}
+
+/// How clusters are measured: a pure function of their members.
+pub(super) trait Measure: Sync {
+    type Member: Coordinates;
+    /// What is known of the members seen so far.
+    type Summary: Copy + Send;
+
+    fn nothing(&self) -> Self::Summary;
+    fn add(&self, summary: &mut Self::Summary, member: &Self::Member);
+    /// The split of `count` members.
+    fn split(&self, summary: &Self::Summary, count: usize) -> Split;
 }
 
 /// A cluster: a range of members.
@@ -32,7 +46,7 @@ pub(super) struct Node {
 }
 
 impl Node {
-    pub fn range(&self) -> std::ops::Range<usize> {
+    pub fn range(&self) -> Range<usize> {
         self.begin as usize..self.end as usize
     }
 
@@ -41,9 +55,9 @@ impl Node {
     }
 }
 
-/// The tree. `measure` is a pure function of a cluster's members.
-pub(super) struct Hierarchy<F> {
-    pub members: Vec<Member>,
+/// The tree.
+pub(super) struct Hierarchy<F: Measure> {
+    pub members: Vec<F::Member>,
     /// Parents come before their children; the root is first.
     pub nodes: Vec<Node>,
     growth: Growth<F>,
@@ -55,14 +69,15 @@ struct Growth<F> {
     least_members: usize,
 }
 
-impl<F: Fn(&[Member]) -> Split + Sync> Hierarchy<F> {
+impl<F: Measure> Hierarchy<F> {
     /// A tree of one node. `members` must not be empty.
-    pub fn new(members: Vec<Member>, measure: F, least_members: usize) -> Self {
+    pub fn new(members: Vec<F::Member>, measure: F, least_members: usize) -> Self {
         let growth = Growth {
             measure,
             least_members: least_members.max(1),
         };
-        let root = growth.node(&members, 0, f32::INFINITY);
+        let summary = growth.summary(&members);
+        let root = growth.node(&summary, 0..members.len() as u32, f32::INFINITY);
         Self {
             members,
             nodes: vec![root],
@@ -132,13 +147,18 @@ impl<F: Fn(&[Member]) -> Split + Sync> Hierarchy<F> {
     /// The nodes that a threshold cuts open in descending size, parents before children; at most
     /// `most` of them.
     pub fn largest_first(&self, most: usize) -> Vec<u32> {
-        let mut order: Vec<u32> = (0..self.nodes.len() as u32)
+        // Sizes are not negative, so their bits are in their order.
+        let key = |i: u32| {
+            let size = self.nodes[i as usize].size;
+            u64::from(!size.to_bits()) << 32 | u64::from(i)
+        };
+        let mut order: Vec<u64> = (0..self.nodes.len() as u32)
             .filter(|&i| self.nodes[i as usize].children != 0)
+            .map(key)
             .collect();
-        let size = |i: u32| self.nodes[i as usize].size;
-        order.par_sort_unstable_by(|&a, &b| size(b).total_cmp(&size(a)).then(a.cmp(&b)));
+        order.par_sort_unstable();
         order.truncate(most);
-        order
+        order.into_iter().map(|key| key as u32).collect()
     }
 
     /// The leaves left when exactly the nodes for which `opened` holds are split, by first member.
@@ -157,20 +177,46 @@ impl<F: Fn(&[Member]) -> Split + Sync> Hierarchy<F> {
     }
 }
 
-impl<F: Fn(&[Member]) -> Split + Sync> Growth<F> {
-    fn node(&self, members: &[Member], begin: u32, parent_size: f32) -> Node {
-        let split = (self.measure)(members);
+impl<F: Measure> Growth<F> {
+    fn summary(&self, members: &[F::Member]) -> F::Summary {
+        let mut summary = self.measure.nothing();
+        members
+            .iter()
+            .for_each(|member| self.measure.add(&mut summary, member));
+        summary
+    }
+
+    fn node(&self, summary: &F::Summary, range: Range<u32>, parent_size: f32) -> Node {
+        let split = self.measure.split(summary, range.len());
         Node {
-            begin,
-            end: begin + members.len() as u32,
+            begin: range.start,
+            end: range.end,
             children: 0,
             size: split.size.min(parent_size),
             split,
         }
     }
 
+    /// Reorders the members of a node and returns how many are in its first half, and summaries
+    /// of both.
+    fn halves(&self, split: Split, members: &mut [F::Member]) -> (usize, [F::Summary; 2]) {
+        let middle = match split.plane {
+            Some(plane) if is_large(members) => {
+                let add = |summary: &mut F::Summary, member: &F::Member| {
+                    self.measure.add(summary, member);
+                };
+                let nothing = [self.measure.nothing(); 2];
+                return partition_large(members, (split.axis, plane), nothing, add);
+            }
+            Some(plane) => partition(members, split.axis, plane),
+            None => halve(members, split.axis),
+        };
+        let (low, high) = members.split_at(middle);
+        (middle, [self.summary(low), self.summary(high)])
+    }
+
     /// All nodes below `node`, its two children first.
-    fn below(&self, node: Node, members: &mut [Member], threshold: f32) -> Vec<Node> {
+    fn below(&self, node: Node, members: &mut [F::Member], threshold: f32) -> Vec<Node> {
         let mut nodes = Vec::new();
         self.extend(node, members, (threshold, &mut nodes));
         nodes
@@ -179,28 +225,20 @@ impl<F: Fn(&[Member]) -> Split + Sync> Growth<F> {
     fn extend(
         &self,
         node: Node,
-        members: &mut [Member],
+        members: &mut [F::Member],
         (threshold, nodes): (f32, &mut Vec<Node>),
     ) {
-        let axis = node.split.axis;
-        let middle = match node.split.plane {
-            Some(plane) => partition(members, axis, plane),
-            None => halve(members, axis),
-        };
         let parallel = members.len() > PARALLEL;
+        let (middle, summaries) = self.halves(node.split, members);
         let (low, high) = members.split_at_mut(middle);
-        let measure_low = || self.node(low, node.begin, node.size);
-        let measure_high = || self.node(high, node.begin + middle as u32, node.size);
-        let (left, right) = if parallel {
-            rayon::join(measure_low, measure_high)
-        } else {
-            (measure_low(), measure_high())
-        };
+        let middle = node.begin + middle as u32;
+        let left = self.node(&summaries[0], node.begin..middle, node.size);
+        let right = self.node(&summaries[1], middle..node.end, node.size);
         let wanted = |n: &Node| n.len() > self.least_members && n.size > threshold;
         let first = nodes.len();
         nodes.extend([left, right]);
         if parallel {
-            let grow = |child: Node, own: &mut [Member]| {
+            let grow = |child: Node, own: &mut [F::Member]| {
                 let wanted = wanted(&child);
                 wanted.then(|| self.below(child, own, threshold))
             };

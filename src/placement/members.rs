@@ -1,9 +1,12 @@
-//! Shading points packed for clustering: all that a split reads lies in 32 bytes.
+//! Shading points packed for clustering: all that a split reads lies in 32 bytes, or in 20 if it is a
+//! split in space.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::partition::Coordinates;
 use crate::cache::ShadingPoints;
+use crate::memory::room_for;
 
 /// Lanes of the position.
 pub(super) const POSITION: [usize; 3] = [0, 1, 2];
@@ -11,8 +14,6 @@ pub(super) const POSITION: [usize; 3] = [0, 1, 2];
 pub(super) const NORMAL: [usize; 3] = [4, 5, 6];
 /// All lanes that are coordinates.
 pub(super) const COORDINATES: [usize; 6] = [0, 1, 2, 4, 5, 6];
-/// Clusters of this many members fit a core's cache.
-const CACHED: usize = 1 << 14;
 const DEPTH: usize = 3;
 const INDEX: usize = 7;
 
@@ -32,9 +33,25 @@ impl Member {
         Self([p.x, p.y, p.z, depth, n.x, n.y, n.z, index])
     }
 
+    /// A point whose position and depth are known already.
     #[inline]
-    pub fn coordinate(&self, axis: usize) -> f32 {
-        self.0[axis]
+    pub fn of(spot: &Spot, normal: Vec3) -> Self {
+        let [x, y, z, depth] = spot.lanes;
+        let index = f32::from_bits(spot.index);
+        Self([x, y, z, depth, normal.x, normal.y, normal.z, index])
+    }
+
+    /// Its position and depth.
+    pub fn spot(&self) -> Spot {
+        let [x, y, z, depth, ..] = self.0;
+        Spot {
+            lanes: [x, y, z, depth],
+            index: self.index(),
+        }
+    }
+
+    pub fn lanes(&self) -> &[f32; 8] {
+        &self.0
     }
 
     pub fn position(&self) -> Vec3 {
@@ -50,15 +67,64 @@ impl Member {
         self.0[DEPTH]
     }
 
+    #[inline]
     pub fn index(&self) -> u32 {
         self.0[INDEX].to_bits()
     }
 }
 
+impl Coordinates for Member {
+    #[inline]
+    fn coordinate(&self, axis: usize) -> f32 {
+        self.0[axis]
+    }
+
+    #[inline]
+    fn index(&self) -> u32 {
+        self.0[INDEX].to_bits()
+    }
+}
+
+/// A shading point without its normal: all that a split in space reads.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// Position, then depth.
+    pub lanes: [f32; 4],
+    pub index: u32,
+}
+
+impl Spot {
+    pub fn new(points: &ShadingPoints, index: u32) -> Self {
+        let [x, y, z] = points.position[index as usize].to_array();
+        Self {
+            lanes: [x, y, z, points.depth[index as usize]],
+            index,
+        }
+    }
+}
+
+impl Coordinates for Spot {
+    #[inline]
+    fn coordinate(&self, axis: usize) -> f32 {
+        self.lanes[axis]
+    }
+
+    #[inline]
+    fn index(&self) -> u32 {
+        self.index
+    }
+}
+
 /// Indices of the points whose position, normal and depth are finite, in order.
 pub(super) fn usable(points: &ShadingPoints) -> Vec<u32> {
-    (0..points.len() as u32)
-        .into_par_iter()
+    let all = 0..points.len() as u32;
+    if finite(&points.position, |v| v.is_finite())
+        && finite(&points.normal, |v| v.is_finite())
+        && finite(&points.depth, |d| d.is_finite())
+    {
+        return all.collect();
+    }
+    all.into_par_iter()
         .filter(|&i| {
             let i = i as usize;
             points.position[i].is_finite()
@@ -68,64 +134,57 @@ pub(super) fn usable(points: &ShadingPoints) -> Vec<u32> {
         .collect()
 }
 
+/// Whether all values are finite; looks at whole chunks, which is faster than one at a time.
+fn finite<T: Sync>(values: &[T], is_finite: impl Fn(&T) -> bool + Sync) -> bool {
+    let chunk = |values: &[T]| {
+        values
+            .iter()
+            .fold(true, |all, value| all & is_finite(value))
+    };
+    values.par_chunks(1 << 12).all(chunk)
+}
+
+/// All shading points `usable` without their normals.
+pub(super) fn spots(points: &ShadingPoints, usable: &[u32]) -> Vec<Spot> {
+    let mut spots = room_for(usable.len());
+    spots.par_extend(usable.par_iter().map(|&i| Spot::new(points, i)));
+    spots
+}
+
+/// Appends the members at `spots`, with unscaled normals.
+pub(super) fn complete(points: &ShadingPoints, spots: &[Spot], members: &mut Vec<Member>) {
+    let member = |spot: &Spot| Member::of(spot, points.normal[spot.index as usize]);
+    members.extend(spots.iter().map(member));
+}
+
 /// Packs the given points.
 pub(super) fn pack(points: &ShadingPoints, usable: &[u32], normal_scale: f32) -> Vec<Member> {
-    usable
-        .par_iter()
-        .map(|&i| Member::new(points, i, normal_scale))
-        .collect()
+    let mut members = room_for(usable.len());
+    let member = |&i: &u32| Member::new(points, i, normal_scale);
+    members.par_extend(usable.par_iter().map(member));
+    members
 }
 
-/// The smallest box around members, over all coordinate lanes.
+/// The smallest box around coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    min: [f32; 8],
-    max: [f32; 8],
+pub(super) struct Bounds<const LANES: usize> {
+    min: [f32; LANES],
+    max: [f32; LANES],
 }
 
-impl Bounds {
+impl<const LANES: usize> Bounds<LANES> {
     pub const EMPTY: Self = Self {
-        min: [f32::INFINITY; 8],
-        max: [f32::NEG_INFINITY; 8],
+        min: [f32::INFINITY; LANES],
+        max: [f32::NEG_INFINITY; LANES],
     };
 
     #[inline]
-    pub fn add(&mut self, member: &Member) {
-        for lane in 0..8 {
-            let value = member.0[lane];
-            self.min[lane] = if value < self.min[lane] {
-                value
-            } else {
-                self.min[lane]
-            };
-            self.max[lane] = if value > self.max[lane] {
-                value
-            } else {
-                self.max[lane]
-            };
+    pub fn add(&mut self, lanes: &[f32; LANES]) {
+        for (lane, &value) in lanes.iter().enumerate() {
+            let (min, max) = (&mut self.min[lane], &mut self.max[lane]);
+            *min = if value < *min { value } else { *min };
+            *max = if value > *max { value } else { *max };
         }
-    }
-
-    /// The box around positions only, and the mean depth.
-    pub fn of_positions(members: &[Member]) -> (Self, f32) {
-        let mut bounds = Self::EMPTY;
-        let mut depth = 0.0f64;
-        for member in members {
-            for lane in 0..4 {
-                let value = member.0[lane];
-                let (min, max) = (&mut bounds.min[lane], &mut bounds.max[lane]);
-                *min = if value < *min { value } else { *min };
-                *max = if value > *max { value } else { *max };
-            }
-            depth += f64::from(member.depth());
-        }
-        (bounds, (depth / members.len() as f64) as f32)
-    }
-
-    pub fn around(members: &[Member]) -> Self {
-        let mut bounds = Self::EMPTY;
-        members.iter().for_each(|m| bounds.add(m));
-        bounds
     }
 
     pub fn extent(&self, axis: usize) -> f32 {
@@ -151,39 +210,11 @@ impl Bounds {
     }
 }
 
-/// Moves members below `plane` to the front and returns how many there are.
-pub(super) fn partition(members: &mut [Member], axis: usize, plane: f32) -> usize {
-    let (mut low, mut high) = (0, members.len());
-    if members.len() > CACHED {
-        // Large clusters are bound by memory: touch only what is on the wrong side.
-        loop {
-            while low < high && members[low].coordinate(axis) < plane {
-                low += 1;
-            }
-            while low < high && members[high - 1].coordinate(axis) >= plane {
-                high -= 1;
-            }
-            if low >= high {
-                return low;
-            }
-            members.swap(low, high - 1);
-        }
+impl Bounds<8> {
+    /// The box around members.
+    pub fn around(members: &[Member]) -> Self {
+        let mut bounds = Self::EMPTY;
+        members.iter().for_each(|m| bounds.add(&m.0));
+        bounds
     }
-    for i in 0..members.len() {
-        // Swapping members that both belong above does no harm and saves a branch.
-        let below = members[i].coordinate(axis) < plane;
-        members.swap(low, i);
-        low += usize::from(below);
-    }
-    low
-}
-
-/// Moves the lower half along an axis to the front and returns its size.
-pub(super) fn halve(members: &mut [Member], axis: usize) -> usize {
-    let middle = members.len() / 2;
-    members.select_nth_unstable_by(middle, |a, b| {
-        let order = a.coordinate(axis).total_cmp(&b.coordinate(axis));
-        order.then(a.index().cmp(&b.index()))
-    });
-    middle
 }

@@ -36,13 +36,17 @@ pub(super) fn nearest_to_average(members: &[Member], rule: Average, seed: u64) -
     } else {
         0.0
     };
-    let bounds = Bounds::around(members);
-    let mut rng = rng_of(members, seed);
+    let mut bounds = Bounds::EMPTY;
+    let mut first = NO_POINT;
     let (mut position, mut normal) = (DVec3::ZERO, DVec3::ZERO);
     for member in members {
+        bounds.add(member.lanes());
+        first = first.min(member.index());
         position += member.position().as_dvec3();
         normal += member.normal().as_dvec3();
     }
+    // Depends on which points are in the cluster, not on the order of clusters.
+    let mut rng = Rng::new(seed, STREAM_MEMBER, u64::from(first), 0);
     let shift = Vec3::from_array(POSITION.map(|axis| {
         let unit = 2.0 * rng.next_f32() - 1.0;
         rule.jitter * unit * bounds.extent(axis)
@@ -61,10 +65,4 @@ pub(super) fn nearest_to_average(members: &[Member], rule: Average, seed: u64) -
         }
     }
     best.1
-}
-
-/// Random numbers that depend on which points are in the cluster, not on the order of clusters.
-fn rng_of(members: &[Member], seed: u64) -> Rng {
-    let first = members.iter().map(Member::index).min().unwrap_or(0);
-    Rng::new(seed, STREAM_MEMBER, u64::from(first), 0)
 }

@@ -9,7 +9,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::hierarchy::{Hierarchy, Split};
+use super::hierarchy::{Hierarchy, Measure, Split};
 use super::members::{Bounds, COORDINATES, Member, pack};
 use super::pick::{adjust, choice};
 use super::representative::{Average, nearest_to_average, random_member};
@@ -138,7 +138,7 @@ impl FirstStage for SpatialDirectional {
         };
         let (least, mut notes) = self.least_members();
         let scale = self.scale(points, &usable);
-        let mut tree = Hierarchy::new(pack(points, &usable, scale), measure, least);
+        let mut tree = Hierarchy::new(pack(points, &usable, scale), Widest, least);
         tree.grow_to(count);
         let splits = tree.largest_first(count - 1);
         let threshold = splits
@@ -223,12 +223,27 @@ impl SpatialDirectional {
 }
 
 /// The widest of the six extents and a plane through its middle.
-fn measure(members: &[Member]) -> Split {
-    let bounds = Bounds::around(members);
-    let axis = bounds.widest(&COORDINATES);
-    Split {
-        size: bounds.extent(axis),
-        axis,
-        plane: Some(bounds.middle(axis)),
+struct Widest;
+
+impl Measure for Widest {
+    type Member = Member;
+    type Summary = Bounds<8>;
+
+    fn nothing(&self) -> Bounds<8> {
+        Bounds::EMPTY
+    }
+
+    #[inline]
+    fn add(&self, bounds: &mut Bounds<8>, member: &Member) {
+        bounds.add(member.lanes());
+    }
+
+    fn split(&self, bounds: &Bounds<8>, _count: usize) -> Split {
+        let axis = bounds.widest(&COORDINATES);
+        Split {
+            size: bounds.extent(axis),
+            axis,
+            plane: Some(bounds.middle(axis)),
+        }
     }
 }

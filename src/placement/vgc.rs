@@ -10,11 +10,12 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::cones::{Cones, Thresholds};
-use super::cut::Cut;
-use super::hierarchy::{Hierarchy, Split};
-use super::members::{Bounds, Member, POSITION, pack};
+use super::cut::{Angular, Cluster, Cut, split_largest};
+use super::growth::Growth;
+use super::hierarchy::{Hierarchy, Measure, Split};
+use super::members::{Bounds, Member, POSITION, Spot, complete, spots};
 use super::pick::{adjust, choice};
-use super::representative::{Average, nearest_to_average};
+use super::representative::Average;
 use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
@@ -173,18 +174,31 @@ impl FirstStage for ViewGuided {
             Err(all) => return all,
         };
         let growth = self.growth(points, &usable);
-        let measure = |members: &[Member]| self.measure(members, &growth);
-        let mut tree = Hierarchy::new(pack(points, &usable, 1.0), measure, 1);
+        let measure = RelativeSize {
+            growth,
+            midpoint: self.split == Plane::Midpoint,
+        };
+        let mut tree = Hierarchy::new(spots(points, &usable), measure, 1);
         tree.grow_to(count);
         let asked = self.asked_angle_deg(count);
         let mut thresholds = Thresholds {
             growth,
             angle_rad: asked.to_radians(),
         };
-        let mut cut = Cut::find(&tree, Cones::new(thresholds), count);
+        let angular = |thresholds| Angular {
+            points,
+            cones: Cones::new(thresholds),
+            average: Average {
+                metric: self.metric(points),
+                jitter: self.jitter as f32,
+                normal_scale: 1.0,
+            },
+            seed,
+        };
+        let mut cut = Cut::find(&tree, angular(thresholds), count);
         while cut.clusters > count && thresholds.angle_rad < std::f32::consts::PI {
             thresholds.angle_rad = (thresholds.angle_rad * RAISE).min(std::f32::consts::PI);
-            cut = Cut::find(&tree, Cones::new(thresholds), count);
+            cut = Cut::find(&tree, angular(thresholds), count);
         }
         let angle_deg = thresholds.angle_rad.to_degrees();
         let mut notes = Vec::new();
@@ -201,17 +215,18 @@ impl FirstStage for ViewGuided {
             ("spatial_clusters", cut.nodes.len() as f64),
             ("clusters", cut.clusters as f64),
         ];
-        let mut clusters = cut.clusters_of(&mut tree, &Cones::new(thresholds));
-        super::cut::split_largest(&mut tree.members, &mut clusters, count);
-        let rule = Average {
-            metric: self.metric(points),
-            jitter: self.jitter as f32,
-            normal_scale: 1.0,
+        let angular = angular(thresholds);
+        let mut clusters = cut.clusters_of(&mut tree, angular);
+        split_largest(&mut tree.members, &mut clusters, count);
+        let record = |members: &mut Vec<Member>, cluster: Cluster| {
+            cluster.record.unwrap_or_else(|| {
+                members.clear();
+                complete(points, &tree.members[cluster.range], members);
+                angular.record(members)
+            })
         };
-        let mut sites: Vec<u32> = clusters
-            .into_par_iter()
-            .map(|range| nearest_to_average(&tree.members[range], rule, seed))
-            .collect();
+        let clusters = clusters.into_par_iter();
+        let mut sites: Vec<u32> = clusters.map_init(Vec::new, record).collect();
         if adjust(&mut sites, &usable, count, seed) < 0 {
             notes.push("even one spatial cluster splits too often: records left at random".into());
         }
@@ -224,42 +239,35 @@ impl FirstStage for ViewGuided {
     }
 }
 
-/// How thresholds grow with depth (eq. 1).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Growth {
-    nearest: f32,
-    range: f32,
-    pub alpha: f32,
-    literal_sign: bool,
+/// The longest side of the members' box over the growth of σ_s at their mean depth.
+struct RelativeSize {
+    growth: Growth,
+    midpoint: bool,
 }
 
-impl Growth {
-    /// `metres` converts the depth range to metres.
-    pub fn new((nearest, farthest): (f32, f32), gamma: f32, metres: f32) -> Self {
-        let range = (farthest - nearest).max(0.0);
-        Self {
-            nearest,
-            range,
-            alpha: 1.0 + gamma * range * metres,
-            literal_sign: false,
-        }
+impl Measure for RelativeSize {
+    type Member = Spot;
+    /// The box, and the sum of the depths.
+    type Summary = (Bounds<4>, f64);
+
+    fn nothing(&self) -> Self::Summary {
+        (Bounds::EMPTY, 0.0)
     }
 
-    /// σ′/σ at a depth: from 1 at the nearest to α at the farthest point. With the printed sign it
-    /// falls to 2 − α, cut off at 1e-6.
-    pub fn factor(&self, depth: f32) -> f32 {
-        let relative = if self.range > 0.0 {
-            ((depth - self.nearest) / self.range).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        let change = (self.alpha - 1.0) * relative * relative;
-        let factor = if self.literal_sign {
-            1.0 - change
-        } else {
-            1.0 + change
-        };
-        factor.max(1e-6)
+    #[inline]
+    fn add(&self, (bounds, depth): &mut Self::Summary, spot: &Spot) {
+        bounds.add(&spot.lanes);
+        *depth += f64::from(spot.lanes[3]);
+    }
+
+    fn split(&self, (bounds, depth): &Self::Summary, count: usize) -> Split {
+        let mean_depth = (depth / count as f64) as f32;
+        let axis = bounds.widest(&POSITION);
+        Split {
+            size: bounds.extent(axis) / self.growth.factor(mean_depth),
+            axis,
+            plane: self.midpoint.then(|| bounds.middle(axis)),
+        }
     }
 }
 
@@ -269,21 +277,9 @@ impl ViewGuided {
         let range = depths.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), d| {
             (low.min(d), high.max(d))
         });
-        Growth {
-            literal_sign: self.literal_sign,
-            ..Growth::new(range, self.gamma as f32, points.metres_per_unit)
-        }
-    }
-
-    /// The longest side of the members' box over the growth of σ_s at their mean depth.
-    fn measure(&self, members: &[Member], growth: &Growth) -> Split {
-        let (bounds, mean_depth) = Bounds::of_positions(members);
-        let axis = bounds.widest(&POSITION);
-        Split {
-            size: bounds.extent(axis) / growth.factor(mean_depth),
-            axis,
-            plane: (self.split == Plane::Midpoint).then(|| bounds.middle(axis)),
-        }
+        let mut growth = Growth::new(range, self.gamma as f32, points.metres_per_unit);
+        growth.literal_sign = self.literal_sign;
+        growth
     }
 
     /// *differs:* the paper sets the angle by the total budget; a placement knows only its own
@@ -324,22 +320,6 @@ fn suggested_angle_deg(count: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn thresholds_grow_to_alpha_at_the_farthest_depth() {
-        let growth = Growth::new((200.0, 1700.0), 0.2, 0.01);
-        assert!((growth.alpha - 4.0).abs() < 1e-6);
-        assert_eq!(growth.factor(200.0), 1.0);
-        assert!((growth.factor(1700.0) - growth.alpha).abs() < 1e-6);
-        assert!((growth.factor(950.0) - 1.75).abs() < 1e-6);
-        let literal = Growth {
-            literal_sign: true,
-            ..Growth::new((0.0, 2.0), 0.2, 1.0)
-        };
-        assert!((literal.factor(2.0) - 0.6).abs() < 1e-6, "2 − α");
-        let flat = Growth::new((3.0, 3.0), 0.2, 1.0);
-        assert_eq!((flat.alpha, flat.factor(3.0)), (1.0, 1.0));
-    }
 
     #[test]
     fn the_suggested_angle_passes_through_the_papers_values() {

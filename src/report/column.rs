@@ -36,6 +36,7 @@ impl Column {
             "flip_hdr" => ("HDR-FLIP", Unit::None, Some(true)),
             "caches" => ("records", Unit::Count, None),
             "lights" => ("lights", Unit::Count, None),
+            "lights_in_time" => ("lights or samples", Unit::Count, None),
             "rays" => ("closest-hit rays", Unit::Count, Some(true)),
             "shadow_rays" => ("shadow rays", Unit::Count, Some(true)),
             "all_rays" => ("rays", Unit::Count, Some(true)),

@@ -4,34 +4,16 @@ use std::io;
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Axis;
 use super::column::Column;
 use super::data::{Case, Data, SceneOf};
-use super::escape;
 use super::figure::{shows_method, shows_scene};
-use super::font;
 use super::number::Style;
+use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
 use crate::experiment::FigureSpec;
-use crate::image::{Image, write_png_coded};
 
 const PANEL: (u32, u32) = (600, 450);
-const LEGEND: u32 = 50;
-const TITLE: u32 = 44;
-const FACE: &str = "sans-serif";
-
-/// Colours that stay apart for the colour-blind (Okabe & Ito, yellow left out), by the position of a
-/// method in the config.
-const COLORS: [RGBColor; 7] = [
-    RGBColor(120, 120, 120),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(86, 180, 233),
-    RGBColor(204, 121, 167),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 90, 170),
-];
 
 /// A method's curve in one panel.
 struct Curve {
@@ -50,7 +32,8 @@ struct Panel {
     curves: Vec<Curve>,
 }
 
-type Files = (Vec<String>, String);
+/// Paths of a plot and its caption.
+pub type Files = (Vec<String>, String);
 
 /// Writes `<name>.svg` and `<name>.png`; says why when there is nothing to draw.
 pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>> {
@@ -75,35 +58,9 @@ pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>>
         panels: &panels,
         grid: (rows, columns),
     };
-    let mut svg = String::new();
-    let mut bytes = vec![0; (size.0 * size.1 * 3) as usize];
-    let drawn = register_font()
-        .and_then(|()| sheet.draw(SVGBackend::with_string(&mut svg, size)))
-        .and_then(|()| sheet.draw(BitMapBackend::with_buffer(&mut bytes, size)));
-    if let Err(reason) = drawn {
-        return Ok(Err(reason));
-    }
-    let name = escape::file_name(&spec.name);
-    let files = vec![format!("figures/{name}.svg"), format!("figures/{name}.png")];
-    data.store.write(&files[0], &svg)?;
-    let image = Image {
-        width: size.0 as usize,
-        height: size.1 as usize,
-        pixels: bytes
-            .chunks_exact(3)
-            .map(|p| [p[0], p[1], p[2]].map(|v| f32::from(v) / 255.0))
-            .collect(),
-    };
-    write_png_coded(&data.store.folder.join(&files[1]), &image).map_err(io::Error::other)?;
-    Ok(Ok((
-        files,
-        "Means over seeds; bars are 95 % confidence intervals.".into(),
-    )))
-}
-
-fn register_font() -> Result<(), String> {
-    plotters::style::register_font(FACE, FontStyle::Normal, font::SANS)
-        .map_err(|_| "the embedded typeface cannot be read".to_owned())
+    let caption = "Means over seeds; bars are 95 % confidence intervals.";
+    let files = plot::write(data, &spec.name, (size, &sheet))?;
+    Ok(files.map(|files| (files, caption.into())))
 }
 
 /// All panels, scene by scene, and the number of metrics.
@@ -198,34 +155,18 @@ struct Sheet<'a> {
     grid: (usize, usize),
 }
 
-impl Sheet<'_> {
-    fn draw<B: DrawingBackend>(&self, backend: B) -> Result<(), String> {
-        let root = backend.into_drawing_area();
-        self.draw_on(&root).map_err(|e| e.to_string())?;
-        root.present().map_err(|e| e.to_string())
-    }
-
+impl Plot for Sheet<'_> {
     fn draw_on<B: DrawingBackend>(
         &self,
         root: &DrawingArea<B, Shift>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        root.fill(&WHITE)?;
-        let centre = Pos::new(HPos::Center, VPos::Center);
-        let (width, height) = root.dim_in_pixel();
-        let style = (FACE, 25).into_font().color(&BLACK).pos(centre);
-        root.draw(&Text::new(
-            self.title.to_owned(),
-            (width as i32 / 2, TITLE as i32 / 2),
-            style,
-        ))?;
-        let (_, below) = root.split_vertically(TITLE);
-        let (sheets, legend) = below.split_vertically(height - TITLE - LEGEND);
+        let (sheets, legend) = plot::titled(root, self.title)?;
         for (area, panel) in sheets.split_evenly(self.grid).iter().zip(self.panels) {
             draw_panel(area, panel)?;
         }
-        self.panels
-            .first()
-            .map_or(Ok(()), |panel| draw_legend(&legend, &panel.curves))
+        let curves = self.panels.first().map_or(&[][..], |p| &p.curves);
+        let entries = curves.iter().map(|c| (c.index, c.label.as_str()));
+        plot::legend(&legend, &entries.collect::<Vec<_>>())
     }
 }
 
@@ -252,7 +193,7 @@ fn draw_panel<B: DrawingBackend>(
         .draw()?;
     let floor = panel.y.1.low();
     for curve in &panel.curves {
-        let color = COLORS[curve.index % COLORS.len()];
+        let color = color(curve.index);
         let line = color.stroke_width(2);
         chart.draw_series(LineSeries::new(
             curve.points.iter().map(|p| (p.0, p.1)),
@@ -270,54 +211,4 @@ fn draw_panel<B: DrawingBackend>(
         }))?;
     }
     Ok(())
-}
-
-fn draw_legend<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    curves: &[Curve],
-) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-    let (width, height) = area.dim_in_pixel();
-    let middle = Pos::new(HPos::Left, VPos::Center);
-    let wide = |c: &Curve| 58 + 11 * c.label.chars().count() as i32;
-    let total: i32 = curves.iter().map(wide).sum();
-    let squeeze = (f64::from(width) / f64::from(total.max(1))).min(1.0);
-    let mut x = ((width as i32 - total) / 2).max(4);
-    let y = height as i32 / 2;
-    for curve in curves {
-        let color = COLORS[curve.index % COLORS.len()];
-        area.draw(&PathElement::new(
-            vec![(x, y), (x + 34, y)],
-            color.stroke_width(2),
-        ))?;
-        let shape = marker(curve.index)
-            .into_iter()
-            .map(|(dx, dy)| (x + 17 + dx, y + dy));
-        area.draw(&Polygon::new(shape.collect::<Vec<_>>(), color.filled()))?;
-        let style = (FACE, 20.0 * squeeze).into_font().color(&BLACK).pos(middle);
-        area.draw(&Text::new(curve.label.clone(), (x + 40, y), style))?;
-        x += (f64::from(wide(curve)) * squeeze) as i32;
-    }
-    Ok(())
-}
-
-/// The outline of a method's marker around the origin, pixels.
-fn marker(index: usize) -> Vec<(i32, i32)> {
-    match index % 6 {
-        0 => (0..16)
-            .map(|i| {
-                let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 16.0).sin_cos();
-                ((6.0 * cos).round() as i32, (6.0 * sin).round() as i32)
-            })
-            .collect(),
-        1 => vec![(-5, -5), (5, -5), (5, 5), (-5, 5)],
-        2 => vec![(0, -7), (7, 5), (-7, 5)],
-        3 => vec![(0, -8), (8, 0), (0, 8), (-8, 0)],
-        4 => vec![(0, 7), (7, -5), (-7, -5)],
-        _ => {
-            let plus = [(-2, -7), (2, -7), (2, -2), (7, -2), (7, 2), (2, 2)];
-            plus.into_iter()
-                .chain(plus.map(|(x, y)| (-x, -y)))
-                .collect()
-        }
-    }
 }

@@ -9,7 +9,7 @@ use super::data::{Data, SceneOf};
 use super::font::Fonts;
 use super::pictures::{self, Pictures};
 use super::viewer::{self, Viewer};
-use super::{curves, escape, light_map, overlay, side_by_side};
+use super::{components, curves, escape, light_map, overlay, ranking, side_by_side};
 use crate::experiment::{FigureKind, FigureSpec};
 use crate::image::{Image, write_png_coded};
 
@@ -56,7 +56,7 @@ pub fn draw_all(data: &Data) -> io::Result<Drawn> {
     for scene in &data.scenes {
         let pictures = pictures::of_scene(data, scene, &mut drawn.notes);
         for (index, spec) in data.config.figure.iter().enumerate() {
-            if spec.kind != FigureKind::Curves && shows_scene(spec, scene) {
+            if !spec.kind.is_plot() && shows_scene(spec, scene) {
                 let shown = shown(data, spec, &pictures);
                 one_scene(data, (&fonts, spec, index), (scene, &shown), &mut drawn)?;
             }
@@ -64,18 +64,21 @@ pub fn draw_all(data: &Data) -> io::Result<Drawn> {
         drawn.viewers.extend(viewer::write(data, scene, &pictures)?);
     }
     for (index, spec) in data.config.figure.iter().enumerate() {
-        if spec.kind == FigureKind::Curves {
-            match curves::draw(data, spec)? {
-                Ok((files, caption)) => drawn.figures.push(Figure {
-                    title: title_of(spec),
-                    caption,
-                    files,
-                    spec: index,
-                }),
-                Err(reason) => drawn
-                    .notes
-                    .push(format!("figure `{}`: {reason}", spec.name)),
-            }
+        let plot = match spec.kind {
+            FigureKind::Curves => curves::draw(data, spec)?,
+            FigureKind::Ranking => ranking::draw(data, spec)?,
+            _ => continue,
+        };
+        match plot {
+            Ok((files, caption)) => drawn.figures.push(Figure {
+                title: title_of(spec),
+                caption,
+                files,
+                spec: index,
+            }),
+            Err(reason) => drawn
+                .notes
+                .push(format!("figure `{}`: {reason}", spec.name)),
         }
     }
     drawn.figures.sort_by_key(|f| f.spec);
@@ -138,7 +141,8 @@ fn one_scene(
         FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, &title),
         FigureKind::Lights => light_map::lights(fonts, shown, &title),
         FigureKind::Classification => light_map::classes(fonts, shown, &title),
-        FigureKind::Curves => return Ok(()),
+        FigureKind::Components => components::draw(fonts, shown, &title),
+        FigureKind::Curves | FigureKind::Ranking => return Ok(()),
     };
     match drawing {
         Ok(Drawing { image, caption }) => {

@@ -14,6 +14,7 @@ use super::figure::Drawn;
 use super::number;
 use super::table::Table;
 use super::table_kinds;
+use crate::experiment::Job;
 
 const TEMPLATE: &str = include_str!("report.html");
 
@@ -144,14 +145,7 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
                 .filter(|j| j.scene == scene.name)
                 .collect();
             let job = jobs.first()?;
-            let (least, most) = jobs.iter().fold((u64::MAX, 0), |(l, m), j| {
-                (l.min(j.budget.amount()), m.max(j.budget.amount()))
-            });
-            let budget = if least == most {
-                number::count(most)
-            } else {
-                format!("{} to {}", number::count(least), number::count(most))
-            };
+            let budget = budgets(&jobs);
             Some(SceneLine {
                 name: scene.title(),
                 view: job.view.clone(),
@@ -162,6 +156,20 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
             })
         })
         .collect()
+}
+
+/// The budget of a scene's jobs, or its range.
+fn budgets(jobs: &[&Job]) -> String {
+    let counts: Vec<u64> = jobs.iter().filter_map(|j| j.budget.count()).collect();
+    let mut ends: Vec<String> = match (counts.iter().min(), counts.iter().max()) {
+        (Some(least), Some(most)) => [least, most].map(|n| number::count(*n)).into(),
+        _ => [jobs.first(), jobs.last()]
+            .iter()
+            .filter_map(|job| job.map(|j| j.budget.to_string()))
+            .collect(),
+    };
+    ends.dedup();
+    ends.join(" to ")
 }
 
 /// Keys and values of `provenance.json`; lists are joined, times are made readable.

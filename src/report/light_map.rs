@@ -98,7 +98,8 @@ fn enlarged(map: &Image) -> Image {
     scaled(map, fitted_size((map.width, map.height), (1024, 1024)))
 }
 
-fn tinted(own: &LightPictures) -> Image {
+/// The map with emissive texels red and all others blue.
+pub fn tinted(own: &LightPictures) -> Image {
     let mut shown = own.map.clone();
     for (index, pixel) in shown.pixels.iter_mut().enumerate() {
         let emissive = own.emissive.contains(&(index as u32));

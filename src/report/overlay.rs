@@ -156,7 +156,7 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], title: &str) -> Image 
     let tallest = panels.iter().map(|(_, p)| p.height).max().unwrap_or(1);
     let cell = widest.max(300);
     let across = match cell {
-        0..=1000 => 3,
+        0..=1000 if panels.len() != 4 => 3,
         _ => 2,
     };
     let columns = panels.len().clamp(1, across);

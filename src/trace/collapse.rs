@@ -18,8 +18,8 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::triangle::Triangle;
 
-use super::memory::settled;
 use super::wide::{Block, Features, LEAF, Node, WideTree};
+use crate::memory::settled;
 
 /// Cost of a block of triangles in units of a node. Anything between 0.4 and 1.2 does as well.
 const BLOCK_COST: f32 = 0.8;

@@ -7,7 +7,7 @@
 //!
 //! `unsafe` is an unchecked index (which the standard library checks all the same in builds with
 //! debug assertions, as those of the tests), vector loads and stores, prefetches, and advice to
-//! the system (`memory`). Checked besides with valgrind (interface and bundle tests, without a
+//! the system (`crate::memory`). Checked besides with valgrind (interface and bundle tests, without a
 //! finding) and, for the smaller closed meshes, with Miri, which knows these instructions:
 //! `RUSTFLAGS=-Ctarget-feature=+avx2,+fma,+bmi1,+bmi2,+lzcnt,+popcnt cargo +nightly miri test --lib
 //! trace::tests::watertight` with `MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-ignore-leaks
@@ -25,8 +25,6 @@ mod tracer;
 mod bundle;
 #[cfg(target_arch = "x86_64")]
 mod collapse;
-#[cfg(target_arch = "x86_64")]
-mod memory;
 #[cfg(target_arch = "x86_64")]
 mod single;
 #[cfg(target_arch = "x86_64")]

@@ -130,7 +130,8 @@ impl Global<'_> {
         });
         let of_kind = |low: bool| -> Vec<Vec<Parallel>> {
             let reduced = sampler.reduction() > 1;
-            let chosen = |kind| (reduced && kind == LightKind::Indirect) == low;
+            let chosen =
+                |kind| sampler.shades(kind) && (reduced && kind == LightKind::Indirect) == low;
             versions
                 .iter()
                 .map(|lights| {

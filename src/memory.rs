@@ -1,12 +1,19 @@
-//! Where trees live.
+//! Where trees and other large arrays live.
 
 /// Moves the items into memory of exactly their size that is asked to be in huge pages: a visit of a
 /// large tree otherwise often waits for the address of a page before it waits for the page.
+#[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
 pub fn settled<T>(items: Vec<T>) -> Vec<T> {
-    let mut settled = Vec::with_capacity(items.len());
-    ask_for_huge_pages(&mut settled);
+    let mut settled = room_for(items.len());
     settled.extend(items);
     settled
+}
+
+/// An empty vector with room for `count` items, in huge pages if they are many.
+pub fn room_for<T>(count: usize) -> Vec<T> {
+    let mut room = Vec::with_capacity(count);
+    ask_for_huge_pages(&mut room);
+    room
 }
 
 /// Advice for the whole huge pages within the vector's memory, best given before they are first

@@ -1,0 +1,110 @@
+//! What the contenders of an experiment share.
+
+use serde::{Deserialize, Serialize};
+
+use super::config::{Config, SceneChoice};
+use crate::registry::{self, Contenders};
+
+/// Longest budget of one image, seconds: a day.
+const LONGEST_S: f64 = 86_400.0;
+
+/// What the contenders of an experiment share.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Budget {
+    /// Records.
+    Caches(u64),
+    /// Shadow rays per shading point: lights at full resolution, or samples.
+    Lights(u64),
+    /// Seconds in all; how many shadow rays per shading point they pay for is found by
+    /// [`super::equal_time`].
+    Seconds(f64),
+}
+
+impl Budget {
+    /// Records or shadow rays; `None` where they follow from the time.
+    pub fn count(self) -> Option<u64> {
+        match self {
+            Self::Caches(count) | Self::Lights(count) => Some(count),
+            Self::Seconds(_) => None,
+        }
+    }
+
+    /// What tells it from other budgets of the same technique.
+    pub(super) fn key(self) -> serde_json::Value {
+        match self {
+            Self::Caches(count) | Self::Lights(count) => count.into(),
+            Self::Seconds(seconds) => format!("{seconds} s").into(),
+        }
+    }
+
+    /// The budget of one scene; an error names the key at fault.
+    pub(super) fn of(
+        config: &Config,
+        choice: &SceneChoice,
+    ) -> Result<Self, (&'static str, String)> {
+        let by_lights = registry::technique(&config.technique)
+            .is_some_and(|t| t.contenders == Contenders::EnvironmentSamplers);
+        let caches = choice.caches.or(config.caches);
+        let lights = choice.lights.or(config.lights);
+        let seconds = choice.seconds.or(config.seconds);
+        let given = [
+            ("caches", caches.is_some()),
+            ("lights", lights.is_some()),
+            ("seconds", seconds.is_some()),
+        ];
+        let (wanted, takes): (_, &[&str]) = match by_lights {
+            true => ("lights", &["lights", "seconds"]),
+            false => ("caches", &["caches"]),
+        };
+        let given = given
+            .iter()
+            .filter(|(_, there)| *there)
+            .map(|(key, _)| *key);
+        let given: Vec<&'static str> = given.collect();
+        if let Some(key) = given.iter().find(|key| !takes.contains(key)) {
+            let takes = takes.join("` or `");
+            let message = format!(
+                "{} takes `{takes}`, not `{key}`, as its budget",
+                config.technique
+            );
+            return Err((key, message));
+        }
+        if given.len() > 1 {
+            let message = format!(
+                "two budgets, `{}`: expected one of them, for the experiment and its scenes alike",
+                given.join("` and `")
+            );
+            return Err(("seconds", message));
+        }
+        if let Some(seconds) = seconds {
+            if seconds.is_finite() && seconds > 0.0 && seconds <= LONGEST_S {
+                return Ok(Self::Seconds(seconds));
+            }
+            let message = format!("seconds: expected a number above 0 and up to {LONGEST_S}");
+            return Err(("seconds", message));
+        }
+        let count = if by_lights { lights } else { caches };
+        let count = count.filter(|n| *n > 0).ok_or_else(|| {
+            let message =
+                format!("no number of {wanted}: set `{wanted}` for the experiment or the scene");
+            (wanted, message)
+        })?;
+        Ok(if by_lights {
+            Self::Lights(count)
+        } else {
+            let scaled = count as f64 * config.scale.0 * config.scale.0;
+            Self::Caches((scaled.round() as u64).max(1))
+        })
+    }
+}
+
+impl std::fmt::Display for Budget {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Caches(amount) => write!(f, "caches={amount}"),
+            Self::Lights(amount) => write!(f, "lights={amount}"),
+            Self::Seconds(seconds) => write!(f, "seconds={seconds}"),
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! What each part of a map's light adds: the classes of its texels, then the image of each method.
+
+use super::canvas::{blit, fitted_size, scaled, shown, white};
+use super::figure::{Drawing, Shown};
+use super::font::Fonts;
+use super::light_map::tinted;
+use super::overlay::arrange;
+use super::pictures::Pictures;
+use crate::image::Image;
+
+/// Longest side of an image.
+const SIDE: usize = 800;
+
+/// The classified map, if a method tells emissive texels apart, and the images, in one line or two.
+pub fn draw(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, String> {
+    let there: Vec<(&str, &Pictures)> = methods
+        .iter()
+        .filter_map(|(label, pictures)| Some((*label, (*pictures)?)))
+        .collect();
+    let Some((_, first)) = there.first() else {
+        return Err("no images of these methods".into());
+    };
+    let size = fitted_size((first.beauty.width, first.beauty.height), (SIDE, SIDE));
+    let classified = there
+        .iter()
+        .filter_map(|(_, pictures)| pictures.lights.as_ref())
+        .find(|own| !own.emissive.is_empty());
+    let map = classified.map(|own| ("emissive texels red".to_owned(), within(&tinted(own), size)));
+    let images = there.iter().map(|(label, pictures)| {
+        let image = shown(&pictures.beauty, pictures.exposure, size);
+        ((*label).to_owned(), image)
+    });
+    let panels: Vec<(String, Image)> = map.into_iter().chain(images).collect();
+    Ok(Drawing {
+        image: arrange(fonts, &panels, title),
+        caption: format!(
+            "Images by each part of the light, {}, seed {}; all at one exposure.",
+            first.row.budget, first.row.seed
+        ),
+    })
+}
+
+/// The map as large as it fits, on a white panel.
+fn within(map: &Image, size: (usize, usize)) -> Image {
+    let mut panel = white(size.0, size.1);
+    let small = scaled(map, fitted_size((map.width, map.height), size));
+    let corner = ((size.0 - small.width) / 2, (size.1 - small.height) / 2);
+    blit(&mut panel, &small, corner);
+    panel
+}
