@@ -245,6 +245,7 @@ impl Decomposition {
             mut lights,
             kept,
             rounds,
+            ..
         } = directs(
             &texels,
             &classes.emissive,

@@ -1,6 +1,7 @@
 //! The texels of a map as samplers see them: directions in the map's own space, exact solid angles,
 //! luminance; and sums over clusters of them.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
@@ -19,7 +20,8 @@ pub(super) struct Row {
 
 /// Texels by index, row-major from the top.
 pub(super) struct Texels<'a> {
-    pub map: &'a Environment,
+    /// Linear RGB.
+    pub pixels: Cow<'a, [[f32; 3]]>,
     pub rows: Vec<Row>,
     /// (sin φ, cos φ) of the columns.
     pub columns: Vec<[f64; 2]>,
@@ -28,6 +30,11 @@ pub(super) struct Texels<'a> {
 
 impl<'a> Texels<'a> {
     pub fn new(map: &'a Environment) -> Self {
+        Self::with_pixels(map, Cow::Borrowed(map.pixels()))
+    }
+
+    /// Texels of the given colours where those of the map are.
+    pub fn with_pixels(map: &Environment, pixels: Cow<'a, [[f32; 3]]>) -> Self {
         let (width, height) = (map.width(), map.height());
         let rows = (0..height)
             .map(|y| {
@@ -47,10 +54,10 @@ impl<'a> Texels<'a> {
             })
             .collect();
         Self {
-            map,
             rows,
             columns,
-            luminance: map.pixels().iter().map(|&rgb| luminance(rgb)).collect(),
+            luminance: pixels.iter().map(|&rgb| luminance(rgb)).collect(),
+            pixels,
         }
     }
 
@@ -84,7 +91,7 @@ impl<'a> Texels<'a> {
 
     /// Radiance × solid angle.
     pub fn power(&self, index: usize) -> DVec3 {
-        let rgb = self.map.pixels()[index];
+        let rgb = self.pixels[index];
         DVec3::from(rgb.map(f64::from)) * self.row_of(index).solid_angle
     }
 }
