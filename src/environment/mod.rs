@@ -30,6 +30,7 @@ mod sky;
 mod strata;
 mod table;
 mod texel_lights;
+mod texel_lists;
 mod texels;
 pub mod tmms;
 pub mod variance_minimization;
@@ -38,7 +39,7 @@ pub use gallery::{embedded_map, embedded_maps};
 pub use light::{Light, LightKind, LightSampler, LightSet};
 pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};
 pub use sky::{SunSky, sun_sky_image};
-pub use texel_lights::{LANES, TexelLights, TexelSample};
+pub use texel_lights::{BLOCK, DRAWS, TexelLights, TexelSample};
 
 /// A contender of environment lighting.
 pub enum EnvironmentSampler {

@@ -47,6 +47,13 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         parameters: &[
             parameter(["lights", "512"], ["", "J: lights of the map"]),
             parameter(
+                ["detail", "0.004"],
+                [
+                    "",
+                    "share of all light from which the highlight of eight neighbouring lights is made one by one",
+                ],
+            ),
+            parameter(
                 ["direct_reach", "2"],
                 [
                     "px",
@@ -105,6 +112,8 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
 pub struct ProductRatio {
     /// J.
     pub lights: usize,
+    /// Share of all light from which chunks of lights are taken apart for their highlight.
+    pub detail: f32,
     /// Half the sides of the filter's windows, pixels.
     pub direct_reach: usize,
     pub indirect_reach: usize,
@@ -127,6 +136,7 @@ impl Default for ProductRatio {
     fn default() -> Self {
         Self {
             lights: 512,
+            detail: 0.004,
             direct_reach: 2,
             indirect_reach: 3,
             direct_sigma: 1.5,
@@ -171,6 +181,9 @@ impl ProductRatio {
             ("direct_noise", self.direct_noise),
             ("indirect_noise", self.indirect_noise),
         ];
+        if !(0.0..=1.0).contains(&self.detail) {
+            return error("detail", "a share from 0 to 1");
+        }
         if let Some((key, _)) = noise.iter().find(|(_, v)| !v.is_finite() || *v < 0.0) {
             return error(key, "a number that is not negative");
         }

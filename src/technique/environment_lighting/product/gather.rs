@@ -3,12 +3,14 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::contributions::{Contributions, Terms};
+use super::contributions::{Contributions, Detail};
 use super::film::{Band, Film, Gathered, Site};
+use super::irradiance::Irradiance;
 use super::lights::LightArrays;
 use super::numbers::Numbers;
 use super::selection::{Chosen, systematic};
-use crate::environment::TexelLights;
+use super::terms::Terms;
+use crate::environment::{DRAWS, TexelLights};
 use crate::shade::Interaction;
 use crate::technique::Seen;
 use crate::technique::environment_lighting::illumination::Illumination;
@@ -22,6 +24,8 @@ pub(super) struct Gather<'a> {
     pub illumination: &'a Illumination<'a>,
     pub lights: &'a TexelLights,
     pub arrays: &'a LightArrays,
+    pub irradiance: &'a Irradiance,
+    pub detail: Detail,
     pub numbers: Numbers,
     /// K: shadow rays a point.
     pub rays: usize,
@@ -81,8 +85,10 @@ impl Gather<'_> {
             chosen,
         }: &mut Scratch,
     ) -> (Gathered, Option<Site>) {
-        contributions.evaluate(self.arrays, &Terms::new(surface));
-        systematic(contributions, self.rays, self.numbers.choice(pixel), chosen);
+        let terms = Terms::new(surface);
+        contributions.evaluate((self.arrays, self.irradiance), &terms, self.detail);
+        let u = self.numbers.choice(pixel);
+        systematic((contributions, self.arrays), self.rays, u, chosen);
         if self.unbiased {
             let gathered = Gathered {
                 plain: seen.throughput
@@ -94,17 +100,13 @@ impl Gather<'_> {
         let (mut shadowed, mut sampled) = ([Vec3::ZERO; 2], [Vec3::ZERO; 2]);
         let normal = surface.facing_shading_normal();
         let share = contributions.total() / self.rays as f32;
-        for (ray, choice) in chosen.iter().enumerate() {
+        for choice in chosen.iter() {
             let contribution = contributions.contribution(self.arrays, choice.light);
             if contribution == Vec3::ZERO {
                 continue;
             }
-            let map = self.illumination.environment;
-            let point = self.numbers.point(pixel, ray);
-            let direction = self
-                .lights
-                .sample(map, choice.light, choice.within, point)
-                .direction;
+            let draw = (choice.within * DRAWS as f32) as usize;
+            let direction = self.lights.draws[choice.light * DRAWS + draw];
             if direction.dot(normal) <= 0.0 {
                 continue;
             }
@@ -144,7 +146,10 @@ impl Gather<'_> {
         let mut sum = Vec3::ZERO;
         for (ray, choice) in chosen.iter().enumerate() {
             let point = self.numbers.point(pixel, ray);
-            let sample = self.lights.sample(map, choice.light, choice.within, point);
+            let at = (choice.within, point);
+            let Some(sample) = self.lights.sample(map, choice.light, at) else {
+                continue;
+            };
             let density = sample.pdf_sr * choice.weight;
             if density <= 0.0 {
                 continue;

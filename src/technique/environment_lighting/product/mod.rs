@@ -5,9 +5,11 @@ mod contributions;
 mod film;
 mod filter;
 mod gather;
+mod irradiance;
 mod lights;
 mod numbers;
 mod selection;
+mod terms;
 
 use glam::Vec3;
 
@@ -17,8 +19,10 @@ use crate::environment::TexelLights;
 use crate::environment::product_ratio::ProductRatio;
 use crate::image::Image;
 use crate::trace::RayCounter;
+use contributions::Detail;
 use film::Film;
 use gather::Gather;
+use irradiance::Irradiance;
 use lights::LightArrays;
 use numbers::Numbers;
 
@@ -30,10 +34,15 @@ pub(super) fn render(
 ) -> Rendered {
     let frame = illumination.frame;
     let mut rendered = Rendered::default();
-    let (lights, arrays) = rendered.stages.time("light_generation", || {
-        let lights = TexelLights::new(illumination.environment, parameters.lights, contender.seed);
+    let (lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
+        let generate = match parameters.unbiased {
+            true => TexelLights::with_texels,
+            false => TexelLights::new,
+        };
+        let lights = generate(illumination.environment, parameters.lights, contender.seed);
         let arrays = LightArrays::new(&lights, illumination.scale);
-        (lights, arrays)
+        let irradiance = Irradiance::new(&arrays);
+        (lights, arrays, irradiance)
     });
     let mut sums = vec![Vec3::ZERO; frame.pixels()];
     let mut film = Film::new([frame.width, frame.height], parameters);
@@ -42,6 +51,11 @@ pub(super) fn render(
             illumination,
             lights: &lights,
             arrays: &arrays,
+            irradiance: &irradiance,
+            detail: match parameters.unbiased {
+                true => Detail::All,
+                false => Detail::Highlights(parameters.detail),
+            },
             numbers: Numbers::new(contender.seed, sample),
             rays: contender.budget,
             sample,

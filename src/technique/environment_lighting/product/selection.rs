@@ -1,7 +1,7 @@
 //! Systematic sampling of a list: points at equal distances along the running sum of its weights.
 
 use super::contributions::Contributions;
-use crate::environment::LANES;
+use super::lights::{LANES, LightArrays};
 
 /// A chosen light.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,7 +16,7 @@ pub(super) struct Chosen {
 /// Chooses `count` lights at (u + i) / count of the total weight, in the order of the list; none when
 /// the total is 0.
 pub(super) fn systematic(
-    contributions: &Contributions,
+    (contributions, lights): (&Contributions, &LightArrays),
     count: usize,
     u: f32,
     chosen: &mut Vec<Chosen>,
@@ -29,25 +29,30 @@ pub(super) fn systematic(
     let step = f64::from(total) / count as f64;
     let running = &contributions.running;
     let mut chunk = 0;
+    let mut weights = contributions.weights(lights, 0);
     for i in 0..count {
         let target = ((f64::from(u) + i as f64) * step) as f32;
+        let before = chunk;
         while chunk + 1 < running.len() && running[chunk] <= target {
             chunk += 1;
         }
-        let mut before = if chunk == 0 { 0.0 } else { running[chunk - 1] };
+        if chunk != before {
+            weights = contributions.weights(lights, chunk);
+        }
+        let mut sum = if chunk == 0 { 0.0 } else { running[chunk - 1] };
         let mut last = None;
-        for (lane, &weight) in contributions.weights[chunk].iter().enumerate() {
+        for (lane, &weight) in weights.iter().enumerate() {
             if weight > 0.0 {
                 last = Some(Chosen {
                     light: chunk * LANES + lane,
-                    within: ((target - before) / weight).clamp(0.0, 1.0 - f32::EPSILON),
+                    within: ((target - sum) / weight).clamp(0.0, 1.0 - f32::EPSILON),
                     weight,
                 });
-                if before + weight > target {
+                if sum + weight > target {
                     break;
                 }
             }
-            before += weight;
+            sum += weight;
         }
         // Rounding may leave a chunk without any positive weight: then the last positive one.
         chosen.extend(last.or_else(|| chosen.last().copied()));
