@@ -18,7 +18,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         module: include_str!("product_ratio_unbiased.rs"),
         aliases: &["product"],
         summary: "lights sampled by their contribution at each point, without bias",
-        source: "own method; systematic sampling of a product as in Wang & Åkerlund 2009",
+        source: "own method",
         bias: Bias::Unbiased,
         failures: &[
             "noise at few samples",

@@ -128,7 +128,11 @@ impl Band<'_> {
         self.pixels[row * self.width + x] = gathered;
         let Some(site) = site else { return };
         let start = row * PLANES * self.stride + self.margin + x;
-        let mut put = |plane: usize, value: f32| self.planes[start + plane * self.stride] = value;
+        let mut put = |plane: usize, value: f32| {
+            // What is not finite must not reach the neighbours.
+            let value = if value.is_finite() { value } else { 0.0 };
+            self.planes[start + plane * self.stride] = value;
+        };
         put(OBJECT, site.object as f32);
         for axis in 0..3 {
             put(NORMAL + axis, site.normal[axis]);

@@ -24,7 +24,7 @@ use film::Film;
 use gather::Gather;
 use irradiance::Irradiance;
 use lights::LightArrays;
-use numbers::Numbers;
+use numbers::PixelNumbers;
 
 /// Renders a contender.
 pub(super) fn render(
@@ -56,9 +56,10 @@ pub(super) fn render(
                 true => Detail::All,
                 false => Detail::Highlights(parameters.detail),
             },
-            numbers: Numbers::new(contender.seed, sample),
+            numbers: PixelNumbers::new((contender.seed, parameters.jitter), sample),
             rays: contender.budget,
             sample,
+            bundle: parameters.bundle,
             unbiased: parameters.unbiased,
         };
         rendered
