@@ -4,7 +4,6 @@
 //! neighbouring lights follow each other (k-d order of their directions), so that equal steps along
 //! the list are strata on the sphere.
 
-use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
@@ -82,7 +81,7 @@ impl TexelLights {
     /// As [`TexelLights::new`], for [`TexelLights::sample`]. Texels count with the mean of the bilinear
     /// lookup over them, so that every direction from which light comes belongs to a light.
     pub fn with_texels(map: &Environment, count: usize, seed: u64) -> Self {
-        let texels = Texels::with_pixels(map, Cow::Owned(lookup_means(map)));
+        let texels = Texels::of_lookup(map);
         let groups = Groups::new(&texels, count, seed);
         let (mut lights, position) = Self::of_groups(map, &texels, &groups);
         let labels = groups.labels(&texels);
@@ -379,30 +378,6 @@ fn k_d_order(items: &mut [u32], parts: &[Part]) {
     let (lower, upper) = items.split_at_mut(middle);
     k_d_order(lower, parts);
     k_d_order(upper, parts);
-}
-
-/// The mean of the bilinear lookup over every texel: ¾ of it and ⅛ of each neighbour, along both axes.
-fn lookup_means(map: &Environment) -> Vec<[f32; 3]> {
-    let (width, height) = (map.width(), map.height());
-    let mut means = vec![[0.0f32; 3]; width * height];
-    means
-        .par_chunks_mut(width)
-        .enumerate()
-        .for_each(|(y, row)| {
-            let y = y as isize;
-            let column = |x: isize| -> Vec3 {
-                let at = |y: isize| Vec3::from(map.wrapped(x, y));
-                0.75 * at(y) + 0.125 * (at(y - 1) + at(y + 1))
-            };
-            let mut before = column(-1);
-            let mut here = column(0);
-            for (x, mean) in row.iter_mut().enumerate() {
-                let after = column(x as isize + 1);
-                *mean = (0.75 * here + 0.125 * (before + after)).into();
-                (before, here) = (here, after);
-            }
-        });
-    means
 }
 
 #[cfg(test)]
