@@ -7,7 +7,7 @@
 use glam::Vec3;
 
 use super::irradiance::Irradiance;
-use super::lights::{Chunk, LANES, Lane, LightArrays};
+use super::lights::{Chunk, LANES, Lane, LightArrays, larger};
 use super::terms::{Numbers, Terms};
 
 /// Contributions at one point; reused from point to point.
@@ -88,12 +88,15 @@ impl Contributions {
                 &numbers.terms[k]
             };
             let [y_r, y_g, y_b] = self.luminances[k];
+            let [r, g, b] = &chunk.power;
             for i in 0..LANES {
-                let [r, g, b] = [0, 1, 2].map(|c| chunk.power[c][i]);
-                weight[i] += own[i] * (y_r * r + y_g * g + y_b * b);
+                weight[i] += own[i] * (y_r * r[i] + y_g * g[i] + y_b * b[i]);
             }
         }
-        weight.map(|w| super::lights::larger(w, 0.0))
+        for w in &mut weight {
+            *w = larger(*w, 0.0);
+        }
+        weight
     }
 
     /// Replaces chunks by their lights.
@@ -113,13 +116,13 @@ impl Contributions {
                 continue;
             }
             if let (Some(first), Detail::Highlights(_)) = (gloss, detail) {
-                let highlight: f32 = (first..self.count)
-                    .map(|k| {
-                        let power = [0, 1, 2].map(|c| lights.parents[parent].power[c][lane]);
-                        let y: f32 = (0..3).map(|c| self.luminances[k][c] * power[c]).sum();
-                        y * self.parents[parent].terms[k][lane]
-                    })
-                    .sum();
+                let mut highlight = 0.0;
+                let [r, g, b] = &lights.parents[parent].power;
+                for k in first..self.count {
+                    let [y_r, y_g, y_b] = self.luminances[k];
+                    let y = y_r * r[lane] + y_g * g[lane] + y_b * b[lane];
+                    highlight += y * self.parents[parent].terms[k][lane];
+                }
                 if highlight <= least {
                     continue;
                 }
@@ -135,22 +138,22 @@ impl Contributions {
     /// U of both groups.
     fn sum_up(&mut self, lights: &LightArrays, irradiance: &Irradiance, terms: &Terms) {
         let mut sums: Sums = [[Vec3::ZERO; 2]; 4];
-        for (index, (parent, numbers)) in lights.parents.iter().zip(&self.parents).enumerate() {
-            let group = usize::from(index >= lights.indirect);
-            let first = index * LANES;
-            let kept: Lane =
-                std::array::from_fn(|i| f32::from(u8::from(self.own[first + i] == NONE)));
-            add(&mut sums, group, (parent, numbers), &kept);
-        }
-        for (chunk, &own) in self.own.iter().enumerate().filter(|(_, o)| **o != NONE) {
-            let group = usize::from(chunk >= lights.indirect * LANES);
-            let numbers = &self.refined[own as usize].0;
-            add(
-                &mut sums,
-                group,
-                (&lights.chunks[chunk], numbers),
-                &[1.0; LANES],
-            );
+        // What is diffuse alone follows from the irradiance.
+        if self.count > 1 || terms.coated() {
+            let shown = (self.count, terms.coated());
+            for (index, (parent, numbers)) in lights.parents.iter().zip(&self.parents).enumerate() {
+                let group = usize::from(index >= lights.indirect);
+                let mut kept = [0.0; LANES];
+                for (kept, own) in kept.iter_mut().zip(&self.own[index * LANES..]) {
+                    *kept = f32::from(u8::from(*own == NONE));
+                }
+                add(&mut sums, (group, shown), (parent, numbers), &kept);
+            }
+            for (chunk, &own) in self.own.iter().enumerate().filter(|(_, o)| **o != NONE) {
+                let group = usize::from(chunk >= lights.indirect * LANES);
+                let pair = (&lights.chunks[chunk], &self.refined[own as usize].0);
+                add(&mut sums, (group, shown), pair, &[1.0; LANES]);
+            }
         }
         let exact = match terms.diffuse_term() {
             true => irradiance.at(terms.normal),
@@ -192,15 +195,17 @@ impl Contributions {
                     } else {
                         &numbers.terms[k]
                     };
-                    for c in 0..3 {
-                        factor[c] += self.luminances[k][c] * own[chunk % LANES];
+                    for (factor, y) in factor.iter_mut().zip(&self.luminances[k]) {
+                        *factor += y * own[chunk % LANES];
                     }
                 }
-                let power = &lights.chunks[chunk].power;
-                std::array::from_fn(|i| {
-                    let weight: f32 = (0..3).map(|c| factor[c] * power[c][i]).sum();
-                    super::lights::larger(weight, 0.0)
-                })
+                let [r, g, b] = &lights.chunks[chunk].power;
+                let mut weights = [0.0f32; LANES];
+                for i in 0..LANES {
+                    let weight = factor[0] * r[i] + factor[1] * g[i] + factor[2] * b[i];
+                    weights[i] = larger(weight, 0.0);
+                }
+                weights
             }
             own => self.refined[own as usize].1,
         }
@@ -221,19 +226,34 @@ impl Contributions {
     }
 }
 
-/// Adds numbers times powers; the last sum is that of the plain cosines.
+/// Adds numbers times powers of as many terms as there are; under a coating, the last sum is that of
+/// the plain cosines.
 #[inline(always)]
-fn add(sums: &mut Sums, group: usize, (chunk, numbers): (&Chunk, &Numbers), kept: &Lane) {
-    let [a, b, c] = &numbers.terms;
-    for (k, numbers) in [a, b, c, &numbers.cosines].into_iter().enumerate() {
-        for channel in 0..3 {
-            let mut products = [0.0; LANES];
-            for i in 0..LANES {
-                products[i] = kept[i] * numbers[i] * chunk.power[channel][i];
-            }
-            sums[k][group][channel] += sum(&products);
-        }
+fn add(
+    sums: &mut Sums,
+    (group, (count, coated)): (usize, (usize, bool)),
+    (chunk, numbers): (&Chunk, &Numbers),
+    kept: &Lane,
+) {
+    for (sum, numbers) in sums.iter_mut().zip(&numbers.terms[..count]) {
+        weigh(&mut sum[group], (chunk, numbers), kept);
     }
+    if coated {
+        weigh(&mut sums[3][group], (chunk, &numbers.cosines), kept);
+    }
+}
+
+#[inline(always)]
+fn weigh(total: &mut Vec3, (chunk, numbers): (&Chunk, &Lane), kept: &Lane) {
+    let mut all = [0.0; 3];
+    for (all, power) in all.iter_mut().zip(&chunk.power) {
+        let mut products = [0.0; LANES];
+        for i in 0..LANES {
+            products[i] = kept[i] * numbers[i] * power[i];
+        }
+        *all = sum(&products);
+    }
+    *total += Vec3::from(all);
 }
 
 #[inline(always)]

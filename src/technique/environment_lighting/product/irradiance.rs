@@ -52,9 +52,9 @@ fn exact(lights: &LightArrays, normal: Vec3) -> [Vec3; 2] {
             cos[i] = normal.x * x[i] + normal.y * y[i] + normal.z * z[i];
         }
         let mean = chunk.spread.positive(&cos);
-        for c in 0..3 {
+        for (sum, power) in sums[group].iter_mut().zip(&chunk.power) {
             for i in 0..LANES {
-                sums[group][c][i] += mean[i] * chunk.moment[i] * chunk.power[c][i];
+                sum[i] += mean[i] * chunk.moment[i] * power[i];
             }
         }
     }

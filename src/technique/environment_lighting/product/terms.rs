@@ -101,6 +101,11 @@ impl Terms {
         self.count < 3
     }
 
+    /// Whether the diffuse term lies under a coating.
+    pub fn coated(&self) -> bool {
+        self.transmission.is_some()
+    }
+
     /// The first term of a highlight.
     pub fn gloss_term(&self) -> Option<usize> {
         self.gloss.map(|g| usize::from(g.dielectric.is_some()))
