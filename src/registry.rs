@@ -3,8 +3,8 @@
 use crate::cache::Interpolation;
 use crate::cache::interpolation::{gradient, inverse_distance};
 use crate::environment::{
-    EnvironmentSampler, decomposition, fhis, kollig_keller, median_cut, mis, tmms,
-    variance_minimization,
+    EnvironmentSampler, decomposition, fhis, kollig_keller, median_cut, mis, product_ratio,
+    product_ratio_unbiased, tmms, variance_minimization,
 };
 use crate::placement::{FirstStage, Refinement, adaptive, dgs, egr, im, sd, vgc};
 use crate::technique::irradiance_caching::on_demand;
@@ -42,6 +42,8 @@ pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
     kollig_keller::ENTRY,
     decomposition::FULL_RESOLUTION,
     decomposition::ENTRY,
+    product_ratio::ENTRY,
+    product_ratio_unbiased::ENTRY,
 ];
 
 /// The sampler of environment maps with this id or alias, in any case.

@@ -143,7 +143,11 @@ fn every_shipped_config_plans() {
         repository("configs/stability-importance-caching.toml"),
         repository("configs/stability-irradiance-caching.toml"),
     ];
-    for folder in ["configs/cache-placement", "configs/environment"] {
+    for folder in [
+        "configs/cache-placement",
+        "configs/environment",
+        "configs/own",
+    ] {
         for entry in fs::read_dir(repository(folder)).expect("configs") {
             configs.push(entry.expect("entry").path().display().to_string());
         }

@@ -206,6 +206,39 @@ fn largest_difference(a: &Image, b: &Image) -> f32 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
+/// Renders with many seeds and compares the mean with the sum over texels, within its noise.
+fn assert_unbiased(lit: &Lit, exact: &Image, (id, parameters): (&str, &str), budget: usize) {
+    let passes = 288 / budget as u64;
+    let mut sums = vec![[0.0f64; 2]; 3 * exact.pixels.len()];
+    for seed in 0..passes {
+        let rendered = lit.render(id, parameters, (budget, seed, 1));
+        assert_eq!(rendered.non_finite, 0);
+        for (sum, value) in sums.iter_mut().zip(rendered.image.pixels.iter().flatten()) {
+            sum[0] += f64::from(*value);
+            sum[1] += f64::from(*value).powi(2);
+        }
+    }
+    let n = passes as f64;
+    let (mut beyond, mut total, mut expected_total) = (0, 0.0, 0.0);
+    let mut total_variance = 0.0;
+    for ([sum, squares], expected) in sums.iter().zip(exact.pixels.iter().flatten()) {
+        let expected = f64::from(*expected);
+        let variance = (squares / n - (sum / n).powi(2)).max(0.0) / n;
+        // The sum over texels is itself exact to a percent only.
+        let z = (sum / n - expected) / (variance + (0.01 * expected).powi(2)).sqrt();
+        beyond += usize::from(z.abs() > 3.5);
+        total += sum / n;
+        // The three channels of a pixel share their samples.
+        total_variance += 3.0 * variance;
+        expected_total += expected;
+    }
+    let context = format!("{id} `{parameters}`, {budget} samples");
+    assert!(beyond * 50 <= sums.len(), "{context}: {beyond} values off");
+    let ratio = total / expected_total;
+    let most = 4.0 * total_variance.sqrt() / expected_total + 0.005;
+    assert!((ratio - 1.0).abs() < most.min(0.08), "{context}: {ratio}");
+}
+
 #[test]
 fn every_form_of_multiple_importance_sampling_is_unbiased() {
     let lit = Lit::new(noisy(), PLAIN);
@@ -213,38 +246,56 @@ fn every_form_of_multiple_importance_sampling_is_unbiased() {
     for parameters in ["", "stratified = false", "compensated = true"] {
         for budget in [1, 6] {
             // One sample is a light sample: not stratified, and compensated ones need surface samples.
-            if !parameters.is_empty() && budget == 1 {
-                continue;
+            if parameters.is_empty() || budget > 1 {
+                assert_unbiased(&lit, &exact, ("mis", parameters), budget);
             }
-            let passes = 288 / budget as u64;
-            let mut sums = vec![[0.0f64; 2]; 3 * exact.pixels.len()];
-            for seed in 0..passes {
-                let rendered = lit.render("mis", parameters, (budget, seed, 1));
-                assert_eq!(rendered.non_finite, 0);
-                for (sum, value) in sums.iter_mut().zip(rendered.image.pixels.iter().flatten()) {
-                    sum[0] += f64::from(*value);
-                    sum[1] += f64::from(*value).powi(2);
-                }
-            }
-            let n = passes as f64;
-            let (mut beyond, mut total, mut expected_total) = (0, 0.0, 0.0);
-            let mut total_variance = 0.0;
-            for ([sum, squares], expected) in sums.iter().zip(exact.pixels.iter().flatten()) {
-                let expected = f64::from(*expected);
-                let variance = (squares / n - (sum / n).powi(2)).max(0.0) / n;
-                // The sum over texels is itself exact to a percent only.
-                let z = (sum / n - expected) / (variance + (0.01 * expected).powi(2)).sqrt();
-                beyond += usize::from(z.abs() > 3.5);
-                total += sum / n;
-                // The three channels of a pixel share their samples.
-                total_variance += 3.0 * variance;
-                expected_total += expected;
-            }
-            let context = format!("`{parameters}`, {budget} samples");
-            assert!(beyond * 50 <= sums.len(), "{context}: {beyond} values off");
-            let ratio = total / expected_total;
-            let most = 4.0 * total_variance.sqrt() / expected_total + 0.005;
-            assert!((ratio - 1.0).abs() < most.min(0.08), "{context}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn product_sampling_without_ratio_is_unbiased() {
+    let lonely = map(8, 4, |x, y| [if (x, y) == (3, 1) { 50.0 } else { 0.0 }; 3]);
+    let few = map(3, 2, |x, y| [0.2 + (x + 2 * y) as f32; 3]);
+    for environment in [noisy(), lonely, few] {
+        let lit = Lit::new(environment, PLAIN);
+        let exact = lit.brute_force(8);
+        for (parameters, budget) in [("", 1), ("", 6), ("lights = 5", 6)] {
+            assert_unbiased(&lit, &exact, ("product-ratio-unbiased", parameters), budget);
+        }
+    }
+}
+
+#[test]
+fn ratios_of_hard_maps_are_finite_and_right_on_average() {
+    let sun = map(64, 32, |x, y| match (x, y) {
+        (20, 9) => [1e6, 0.9e6, 0.8e6],
+        _ => [1.0; 3],
+    });
+    let constant = map(8, 4, |_, _| [1.0; 3]);
+    let pole = map(8, 4, |x, y| [if (x, y) == (7, 0) { 9.0 } else { 0.0 }; 3]);
+    let below = map(8, 4, |_, y| [f32::from(u8::from(y == 3)); 3]);
+    let single = map(1, 1, |_, _| [2.0, 1.0, 0.5]);
+    let all = [noisy(), sun, constant, pole, below, single];
+    for (index, environment) in all.into_iter().enumerate() {
+        let lit = Lit::new(environment, PLAIN);
+        let exact = lit.brute_force(6);
+        for budget in [1, 4, 64] {
+            let rendered = lit.render("product-ratio", "", (budget, 1, 2));
+            assert_eq!(rendered.non_finite, 0);
+            assert!(
+                rendered
+                    .image
+                    .pixels
+                    .iter()
+                    .flatten()
+                    .all(|v| v.is_finite() && *v >= 0.0)
+            );
+            let ratio = mean(&rendered.image) / mean(&exact);
+            assert!(
+                (ratio - 1.0).abs() < 0.2,
+                "map {index}, {budget} rays: {ratio}"
+            );
         }
     }
 }

@@ -264,6 +264,7 @@ impl Decomposition {
             mut lights,
             kept,
             rounds,
+            ..
         } = directs(
             &texels,
             &classes.emissive,

@@ -24,6 +24,8 @@ pub(super) struct Directs {
     pub lights: Vec<Light>,
     /// Parallel to the emissive texels; excluded ones are false.
     pub kept: Vec<bool>,
+    /// The cell of each emissive texel; empty without lights.
+    pub labels: Vec<u32>,
     pub rounds: usize,
 }
 
@@ -51,6 +53,7 @@ pub(super) fn directs(
         return Directs {
             lights: Vec::new(),
             kept: vec![false; emissive.len()],
+            labels: Vec::new(),
             rounds: 0,
         };
     }
@@ -76,6 +79,7 @@ pub(super) fn directs(
             steps.k_means,
         ),
         kept,
+        labels: cells.labels,
         rounds,
     }
 }

@@ -3,6 +3,7 @@
 //! Cheslack-Postava et al. 2008.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -78,22 +79,28 @@ pub(super) fn indirects(
     count: usize,
     weights: Weights,
 ) -> Vec<Light> {
+    cut(&mut leaves, count, weights)
+        .into_iter()
+        .filter_map(|run| light(texels, &leaves[run]))
+        .collect()
+}
+
+/// At most `count` runs of the leaves, which are put in order for it: a cut through their tree.
+pub(super) fn cut(leaves: &mut [Leaf], count: usize, weights: Weights) -> Vec<Range<usize>> {
     if leaves.is_empty() || count == 0 {
         return Vec::new();
     }
-    let mut cut = vec![Node::new(&leaves, 0, leaves.len())];
+    let mut cut = vec![Node::new(leaves, 0, leaves.len())];
     while cut.len() < count {
         let Some(chosen) = choose(&cut, weights) else {
             break;
         };
         let Node { first, end, .. } = cut[chosen];
         let middle = first + divide(&mut leaves[first..end]);
-        cut[chosen] = Node::new(&leaves, first, middle);
-        cut.push(Node::new(&leaves, middle, end));
+        cut[chosen] = Node::new(leaves, first, middle);
+        cut.push(Node::new(leaves, middle, end));
     }
-    cut.iter()
-        .filter_map(|node| light(texels, &leaves[node.first..node.end]))
-        .collect()
+    cut.iter().map(|node| node.first..node.end).collect()
 }
 
 /// The node that splits with the largest objective; each term is divided by its largest value among
@@ -179,7 +186,7 @@ mod tests {
         Environment::from_image(&image, &EnvironmentOptions::default()).expect("map")
     }
 
-    fn cut(map: &Environment, count: usize, weights: Weights) -> Vec<Light> {
+    fn lights_of(map: &Environment, count: usize, weights: Weights) -> Vec<Light> {
         let texels = Texels::new(map);
         let leaves = leaves(&texels, 8192, (&vec![false; texels.luminance.len()], 0));
         indirects(&texels, leaves, count, weights)
@@ -187,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_constant_map_is_divided_evenly() {
-        let lights = cut(&map(|_, _| 1.0), 16, PAPER);
+        let lights = lights_of(&map(|_, _| 1.0), 16, PAPER);
         assert_eq!(lights.len(), 16);
         let each = 4.0 * PI / 16.0;
         for light in &lights {
@@ -210,7 +217,7 @@ mod tests {
             }
         });
         let upper = |weights: Weights| {
-            let lights = cut(&map, 24, weights);
+            let lights = lights_of(&map, 24, weights);
             lights.iter().filter(|l| l.direction.y > 0.1).count()
         };
         let variance_only = Weights {
@@ -225,9 +232,9 @@ mod tests {
     #[test]
     fn there_are_no_more_lights_than_leaves_and_no_black_ones() {
         let black = map(|_, _| 0.0);
-        assert!(cut(&black, 8, PAPER).is_empty());
+        assert!(lights_of(&black, 8, PAPER).is_empty());
         let spot = map(|x, y| if (x, y) == (5, 7) { 1.0 } else { 0.0 });
-        let lights = cut(&spot, 64, PAPER);
+        let lights = lights_of(&spot, 64, PAPER);
         assert_eq!(lights.len(), 1);
         let texel = spot.texel_direction(5, 7);
         assert!((lights[0].direction - texel).length() < 1e-6);

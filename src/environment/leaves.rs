@@ -9,6 +9,8 @@ use super::texels::{Cluster, Texels};
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Leaf {
     pub sums: Cluster,
+    /// Number of the cell, as in [`cells_of_texels`].
+    pub cell: u32,
     /// Σ solid angle of its texels.
     pub solid_angle_sr: f64,
     /// Unit: the centroid of its texels' solid angle.
@@ -34,33 +36,20 @@ pub(super) fn leaves(
     let rings = Rings::new(count);
     let mut leaves = vec![Leaf::default(); rings.len()];
     let width = texels.width();
-    for y in 0..texels.height() {
-        let ring = rings.ring(texels.rows[y].cos);
-        let whole = !masked[y * width..(y + 1) * width].contains(&true);
-        let cells = ring.len();
-        let mut start = 0;
-        for (piece, leaf) in leaves[ring].iter_mut().enumerate() {
-            // Texels whose centre lies in the cell.
-            let end = (((piece + 1) * width) as f64 / cells as f64 - 0.5).ceil() as usize;
-            let run = start + origin..end.min(width) + origin;
-            start = end.min(width);
-            // Columns beyond the seam continue at the first one.
-            let seam = width.clamp(run.start, run.end);
-            let beyond = run.start.max(width)..run.end.max(width);
-            for run in [
-                run.start.min(width)..seam.min(width),
-                beyond.start - width..beyond.end - width,
-            ] {
-                if whole {
-                    add_run(texels, y, run, leaf);
-                } else {
-                    for x in run.filter(|x| !masked[y * width + x]) {
-                        add_run(texels, y, x..x + 1, leaf);
-                    }
-                }
+    let mut in_row = (0, false);
+    for_each_run(texels, &rings, origin, &mut |y, cell, run| {
+        if in_row.0 != y || cell == 0 {
+            in_row = (y, !masked[y * width..(y + 1) * width].contains(&true));
+        }
+        leaves[cell].cell = cell as u32;
+        if in_row.1 {
+            add_run(texels, y, run, &mut leaves[cell]);
+        } else {
+            for x in run.filter(|x| !masked[y * width + x]) {
+                add_run(texels, y, x..x + 1, &mut leaves[cell]);
             }
         }
-    }
+    });
     let phi = std::f64::consts::TAU * origin as f64 / width as f64;
     // φ runs from −z over +x: clockwise about +y.
     let turn_back = DMat3::from_rotation_y(phi);
@@ -72,13 +61,54 @@ pub(super) fn leaves(
     leaves
 }
 
+/// The cell of every texel, and the number of cells, when there are about `count` of them.
+pub(super) fn cells_of_texels(texels: &Texels, count: usize, origin: usize) -> (Vec<u32>, usize) {
+    let rings = Rings::new(count);
+    let width = texels.width();
+    let mut cells = vec![0; texels.luminance.len()];
+    for_each_run(texels, &rings, origin, &mut |y, cell, run| {
+        cells[y * width + run.start..y * width + run.end].fill(cell as u32);
+    });
+    (cells, rings.len())
+}
+
+/// Calls `visit` with the row, the cell and the columns of every run of texels whose centres lie in
+/// one cell.
+fn for_each_run(
+    texels: &Texels,
+    rings: &Rings,
+    origin: usize,
+    visit: &mut dyn FnMut(usize, usize, std::ops::Range<usize>),
+) {
+    let width = texels.width();
+    for y in 0..texels.height() {
+        let ring = rings.ring(texels.rows[y].cos);
+        let cells = ring.len();
+        let mut start = 0;
+        for (piece, cell) in ring.enumerate() {
+            let end = (((piece + 1) * width) as f64 / cells as f64 - 0.5).ceil() as usize;
+            let run = start + origin..end.min(width) + origin;
+            start = end.min(width);
+            // Columns beyond the seam continue at the first one.
+            let seam = width.clamp(run.start, run.end);
+            let beyond = run.start.max(width)..run.end.max(width);
+            for run in [
+                run.start.min(width)..seam.min(width),
+                beyond.start - width..beyond.end - width,
+            ] {
+                visit(y, cell, run);
+            }
+        }
+    }
+}
+
 /// Adds texels of one row.
 fn add_run(texels: &Texels, y: usize, run: std::ops::Range<usize>, leaf: &mut Leaf) {
     let row = &texels.rows[y];
     let first = y * texels.width();
     let (mut power, mut energy) = (DVec3::ZERO, 0.0f64);
     let [mut by_sin, mut by_cos, mut plain_sin, mut plain_cos] = [0.0f64; 4];
-    let pixels = &texels.map.pixels()[first + run.start..first + run.end];
+    let pixels = &texels.pixels[first + run.start..first + run.end];
     let luminances = &texels.luminance[first + run.start..first + run.end];
     let columns = &texels.columns[run.clone()];
     for ((rgb, &luminance), [sin, cos]) in pixels.iter().zip(luminances).zip(columns) {

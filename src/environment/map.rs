@@ -265,13 +265,19 @@ impl Environment {
 
     /// Exact solid angle of each texel of row `y`; all texels together cover 4π.
     pub fn texel_solid_angle(&self, y: usize) -> f64 {
-        let [top, bottom] = match self.rows {
+        let [top, bottom] = self.texel_edges(y);
+        TAU / self.width as f64 * (top - bottom)
+    }
+
+    /// cos θ of the upper and the lower edge of the texels of row `y`.
+    fn texel_edges(&self, y: usize) -> [f64; 2] {
+        let edges = match self.rows {
             EnvironmentRows::CellCentred => [y, y + 1].map(|edge| edge as f64 / self.height as f64),
             EnvironmentRows::PoleCentred if self.height == 1 => [0.0, 1.0],
             EnvironmentRows::PoleCentred => [-0.5, 0.5]
                 .map(|half| ((y as f64 + half) / (self.height - 1) as f64).clamp(0.0, 1.0)),
         };
-        TAU / self.width as f64 * ((PI * top).cos() - (PI * bottom).cos())
+        edges.map(|edge| (PI * edge).cos())
     }
 
     /// Σ radiance · solid angle over all texels, per channel.
@@ -367,6 +373,13 @@ impl Environment {
         (self.to_world * local).normalize()
     }
 
+    /// World direction of a point in texel (x, y): `at` in [0, 1)², uniform in solid angle.
+    pub(super) fn within_texel(&self, x: usize, y: usize, at: [f64; 2]) -> Vec3 {
+        let [top, bottom] = self.texel_edges(y);
+        let u = (x as f64 + at[0]) / self.width as f64;
+        self.direction(u, top + at[1] * (bottom - top))
+    }
+
     fn lookup(&self, u: f64, v: f64) -> [f32; 3] {
         let x = u * self.width as f64 - 0.5;
         let y = match self.rows {
@@ -395,7 +408,7 @@ impl Environment {
     }
 
     /// A texel of the endless map: columns wrap, rows beyond a pole continue on its other side.
-    fn wrapped(&self, column: isize, row: isize) -> [f32; 3] {
+    pub(super) fn wrapped(&self, column: isize, row: isize) -> [f32; 3] {
         let (width, height) = (self.width as isize, self.height as isize);
         let over = row < 0 || row >= height;
         let row = if row < 0 {

@@ -19,6 +19,8 @@ mod mean_shift;
 pub mod median_cut;
 pub mod mis;
 mod penrose;
+pub mod product_ratio;
+pub mod product_ratio_unbiased;
 mod regions;
 mod relaxation;
 mod rings;
@@ -27,6 +29,8 @@ mod sampler_tests;
 mod sky;
 mod strata;
 mod table;
+mod texel_lights;
+mod texel_lists;
 mod texels;
 pub mod tmms;
 pub mod variance_minimization;
@@ -35,6 +39,7 @@ pub use gallery::{embedded_map, embedded_maps};
 pub use light::{Light, LightKind, LightSampler, LightSet};
 pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};
 pub use sky::{SunSky, sun_sky_image};
+pub use texel_lights::{BLOCK, DRAWS, TexelLights, TexelSample};
 
 /// A contender of environment lighting.
 pub enum EnvironmentSampler {
@@ -42,6 +47,8 @@ pub enum EnvironmentSampler {
     Lights(Box<dyn LightSampler>),
     /// Directions drawn at every shading point.
     PerPoint(mis::Mis),
+    /// Lights chosen anew at every shading point, and their visibility filtered.
+    Product(product_ratio::ProductRatio),
 }
 
 /// The parameters of a sampler without any.

@@ -14,7 +14,7 @@ fn samplers() -> Vec<(&'static str, Box<dyn LightSampler>)> {
         .filter_map(
             |entry| match (entry.build)(&toml::Table::new()).expect("defaults are valid") {
                 EnvironmentSampler::Lights(sampler) => Some((entry.about.id, sampler)),
-                EnvironmentSampler::PerPoint(_) => None,
+                EnvironmentSampler::PerPoint(_) | EnvironmentSampler::Product(_) => None,
             },
         )
         .collect()
@@ -41,7 +41,7 @@ fn spot(size: (usize, usize), at: (usize, usize), surround: f32) -> Image {
 }
 
 /// Waves with a few bright patches, nothing symmetric.
-fn rich(width: usize, height: usize) -> Image {
+pub(super) fn rich(width: usize, height: usize) -> Image {
     image(width, height, |x, y| {
         let (u, v) = (x as f32 / width as f32, y as f32 / height as f32);
         let wave = 1.2 + (9.0 * u + 3.0 * v).sin() * (7.0 * v).cos();
@@ -56,7 +56,7 @@ fn rich(width: usize, height: usize) -> Image {
 }
 
 /// Name, map.
-fn maps() -> Vec<(&'static str, Image)> {
+pub(super) fn maps() -> Vec<(&'static str, Image)> {
     let mut broken = rich(24, 12);
     broken.pixels[5] = [f32::NAN, 1.0, 1.0];
     broken.pixels[60] = [f32::INFINITY, 2.0, -3.0];
@@ -82,7 +82,7 @@ fn maps() -> Vec<(&'static str, Image)> {
     ]
 }
 
-fn environment(image: &Image) -> Environment {
+pub(super) fn environment(image: &Image) -> Environment {
     let options = EnvironmentOptions::default();
     Environment::from_image(image, &options).expect("a map")
 }

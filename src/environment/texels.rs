@@ -1,9 +1,11 @@
 //! The texels of a map as samplers see them: directions in the map's own space, exact solid angles,
 //! luminance; and sums over clusters of them.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::{Environment, Light, LightKind};
 use crate::image::luminance;
@@ -19,7 +21,8 @@ pub(super) struct Row {
 
 /// Texels by index, row-major from the top.
 pub(super) struct Texels<'a> {
-    pub map: &'a Environment,
+    /// Linear RGB.
+    pub pixels: Cow<'a, [[f32; 3]]>,
     pub rows: Vec<Row>,
     /// (sin φ, cos φ) of the columns.
     pub columns: Vec<[f64; 2]>,
@@ -28,6 +31,16 @@ pub(super) struct Texels<'a> {
 
 impl<'a> Texels<'a> {
     pub fn new(map: &'a Environment) -> Self {
+        Self::with_pixels(map, Cow::Borrowed(map.pixels()))
+    }
+
+    /// Every texel with the mean of the bilinear lookup over it.
+    pub fn of_lookup(map: &Environment) -> Self {
+        Self::with_pixels(map, Cow::Owned(lookup_means(map)))
+    }
+
+    /// Texels of the given colours where those of the map are.
+    fn with_pixels(map: &Environment, pixels: Cow<'a, [[f32; 3]]>) -> Self {
         let (width, height) = (map.width(), map.height());
         let rows = (0..height)
             .map(|y| {
@@ -47,10 +60,10 @@ impl<'a> Texels<'a> {
             })
             .collect();
         Self {
-            map,
             rows,
             columns,
-            luminance: map.pixels().iter().map(|&rgb| luminance(rgb)).collect(),
+            luminance: pixels.iter().map(|&rgb| luminance(rgb)).collect(),
+            pixels,
         }
     }
 
@@ -84,9 +97,33 @@ impl<'a> Texels<'a> {
 
     /// Radiance × solid angle.
     pub fn power(&self, index: usize) -> DVec3 {
-        let rgb = self.map.pixels()[index];
+        let rgb = self.pixels[index];
         DVec3::from(rgb.map(f64::from)) * self.row_of(index).solid_angle
     }
+}
+
+/// The mean of the bilinear lookup over every texel: ¾ of it and ⅛ of each neighbour, along both axes.
+fn lookup_means(map: &Environment) -> Vec<[f32; 3]> {
+    let (width, height) = (map.width(), map.height());
+    let mut means = vec![[0.0f32; 3]; width * height];
+    means
+        .par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, row)| {
+            let y = y as isize;
+            let column = |x: isize| -> Vec3 {
+                let at = |y: isize| Vec3::from(map.wrapped(x, y));
+                0.75 * at(y) + 0.125 * (at(y - 1) + at(y + 1))
+            };
+            let mut before = column(-1);
+            let mut here = column(0);
+            for (x, mean) in row.iter_mut().enumerate() {
+                let after = column(x as isize + 1);
+                *mean = (0.75 * here + 0.125 * (before + after)).into();
+                (before, here) = (here, after);
+            }
+        });
+    means
 }
 
 /// Sums over the texels of a cluster.

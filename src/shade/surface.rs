@@ -3,7 +3,8 @@
 use glam::{Vec2, Vec3};
 
 use super::bsdf::{
-    BsdfSample, Coating, Conductor, Dielectric, Diffuse, LocalBsdf, Microfacets, Model, Plastic,
+    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Lobes, LocalBsdf, Microfacets, Model,
+    Plastic,
 };
 use crate::image::luminance;
 use crate::sample::Frame;
@@ -257,6 +258,13 @@ impl Interaction<'_> {
         } else {
             self.frame.normal
         }
+    }
+
+    /// What scatters towards the viewer, about [`Interaction::facing_shading_normal`].
+    pub fn lobes(&self) -> Lobes {
+        let cos = self.local_view.z;
+        let cos = if self.bsdf.two_sided { cos.abs() } else { cos };
+        self.bsdf.lobes(cos)
     }
 
     /// Scattering if it is the same for all directions on the viewer's side and none on the other:

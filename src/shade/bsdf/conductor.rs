@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::BsdfSample;
 use super::fresnel;
 use super::microfacet::{Microfacets, reflect};
+use super::{Boundary, BsdfSample, Gloss};
 
 /// Fresnel data of a metal at a surface point.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +37,18 @@ impl Conductor {
         let half = (view + light).normalize();
         let masking = facets.masking(view, half) * facets.masking(light, half);
         self.reflectance(view.dot(half)) * (facets.density(half) * masking / (4.0 * view.z))
+    }
+
+    /// See [`super::LocalBsdf::lobes`].
+    pub(super) fn gloss(&self, facets: Microfacets) -> Gloss {
+        Gloss {
+            facets,
+            boundary: Boundary::Conductor {
+                facing: fresnel::conductor(1.0, self.eta, self.k),
+                tilted: fresnel::conductor(1.0 / 7.0, self.eta, self.k),
+            },
+            specular: self.specular,
+        }
     }
 
     pub(super) fn pdf(&self, facets: Microfacets, view: Vec3, light: Vec3) -> f32 {

@@ -23,6 +23,15 @@ impl Microfacets {
         }
     }
 
+    pub fn distribution(self) -> MicrofacetDistribution {
+        self.distribution
+    }
+
+    /// Roughness.
+    pub fn alpha(self) -> f32 {
+        self.alpha
+    }
+
     /// Density of normals per projected area (1/sr) at the unit normal `m`.
     pub fn density(self, m: Vec3) -> f32 {
         if m.z <= 0.0 {

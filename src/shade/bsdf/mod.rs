@@ -6,6 +6,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 pub mod fresnel;
+mod lobes;
 mod microfacet;
 mod plastic;
 #[cfg(test)]
@@ -16,6 +17,7 @@ use glam::Vec3;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::{Diffuse, cosine_pdf, cosine_sample};
+pub use lobes::{Boundary, Gloss, Lobes};
 pub use microfacet::Microfacets;
 pub use plastic::{Coating, Plastic};
 

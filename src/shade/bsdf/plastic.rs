@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::diffuse::{cosine_pdf, cosine_sample};
 use super::microfacet::{Microfacets, reflect};
-use super::{BsdfSample, fresnel};
+use super::{Boundary, BsdfSample, Gloss, Lobes, fresnel};
 
 /// What is integrated once for a coating of given roughness and index.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct Coating {
     transmittance: Vec<f32>,
     /// Mean reflectance from inside under diffuse light.
     internal_reflectance: f32,
+    /// Polynomial of the transmittance, see [`polynomial`].
+    fit: [f32; 9],
 }
 
 const NODES: usize = 64;
@@ -31,11 +33,13 @@ impl Coating {
     /// the integral.
     pub fn new(facets: Option<Microfacets>, ior: f32) -> Self {
         let Some(facets) = facets else {
+            let smooth = |cos: f64| 1.0 - fresnel::dielectric(cos as f32, ior).reflectance;
             return Self {
                 ior,
                 facets: None,
                 transmittance: Vec::new(),
                 internal_reflectance: fresnel::diffuse_reflectance(1.0 / ior),
+                fit: polynomial(smooth),
             };
         };
         let rows: Vec<(f32, f32)> = (0..NODES)
@@ -47,12 +51,15 @@ impl Coating {
                 (transmitted, reflected * mu)
             })
             .collect();
-        Self {
+        let mut coating = Self {
             ior,
             facets: Some(facets),
             transmittance: rows.iter().map(|r| r.0).collect(),
             internal_reflectance: 2.0 * rows.iter().map(|r| r.1).sum::<f32>() / NODES as f32,
-        }
+            fit: [0.0; 9],
+        };
+        coating.fit = polynomial(|cos| coating.transmittance(cos as f32));
+        coating
     }
 
     /// Share of light at this cosine that enters the coating.
@@ -65,6 +72,27 @@ impl Coating {
         let [a, b] = [self.transmittance[i], self.transmittance[i + 1]];
         a + (x - i as f32) * (b - a)
     }
+}
+
+/// Coefficients, from the highest power down, of the polynomial in the cosine that passes through a
+/// function of it at nine Chebyshev points of [0, 1].
+fn polynomial(value: impl Fn(f64) -> f32) -> [f32; 9] {
+    let node = |i: usize| 0.5 - 0.5 * (std::f64::consts::PI * (i as f64 + 0.5) / 9.0).cos();
+    let mut differences: [f64; 9] = std::array::from_fn(|i| f64::from(value(node(i))));
+    for order in 1..9 {
+        for i in (order..9).rev() {
+            differences[i] = (differences[i] - differences[i - 1]) / (node(i) - node(i - order));
+        }
+    }
+    // Newton's form, multiplied out from the highest difference; lowest power first.
+    let mut powers = [0.0f64; 9];
+    for i in (0..9).rev() {
+        for k in (1..9).rev() {
+            powers[k] = powers[k - 1] - node(i) * powers[k];
+        }
+        powers[0] = differences[i] - node(i) * powers[0];
+    }
+    std::array::from_fn(|k| powers[8 - k] as f32)
 }
 
 /// Shares of light at cosine `mu` that a rough dielectric boundary reflects and lets through (single
@@ -113,6 +141,22 @@ impl Plastic<'_> {
             Vec3::splat(inside)
         };
         self.diffuse / (Vec3::ONE - trapped) / (self.coating.ior * self.coating.ior)
+    }
+
+    /// See [`super::LocalBsdf::lobes`].
+    pub(super) fn lobes(&self, cos_view: f32) -> Lobes {
+        let boundary = Boundary::Dielectric {
+            ior: self.coating.ior,
+        };
+        Lobes {
+            diffuse: self.base() * (FRAC_1_PI * self.coating.transmittance(cos_view)),
+            transmission: Some(self.coating.fit),
+            gloss: self.coating.facets.map(|facets| Gloss {
+                facets,
+                boundary,
+                specular: self.specular,
+            }),
+        }
     }
 
     /// Probability of sampling the coating's reflection from a direction.
@@ -181,5 +225,26 @@ impl Plastic<'_> {
             pdf_sr,
             delta: false,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::MicrofacetDistribution;
+
+    #[test]
+    fn the_polynomial_follows_the_transmittance() {
+        for alpha in [0.0, 0.15, 0.4] {
+            let facets =
+                (alpha > 0.0).then(|| Microfacets::new(MicrofacetDistribution::Ggx, alpha));
+            let coating = Coating::new(facets, 1.5);
+            for i in 0..=100 {
+                let cos = i as f32 / 100.0;
+                let fit = coating.fit.iter().fold(0.0, |sum, c| sum * cos + c);
+                let off = (fit - coating.transmittance(cos)).abs();
+                assert!(off < 0.01, "alpha {alpha}, cosine {cos}: {off}");
+            }
+        }
     }
 }

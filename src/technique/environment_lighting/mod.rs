@@ -7,6 +7,7 @@
 mod exposure;
 mod illumination;
 mod multiple;
+mod product;
 mod reduced;
 mod rendering;
 mod replay;

@@ -7,6 +7,7 @@ use super::super::{Contender, Rendered, Stages};
 use super::Parameters;
 use super::illumination::{Illumination, Parallel};
 use super::multiple::{MultipleImportance, Samples};
+use super::product;
 use super::reduced::{Reduced, indirect_cost};
 use crate::environment::{EnvironmentSampler, LightKind, LightSampler, LightSet};
 use crate::image::Image;
@@ -48,6 +49,9 @@ pub(super) fn render(
                 stages,
                 ..Rendered::default()
             }
+        }
+        EnvironmentSampler::Product(parameters) => {
+            product::render(illumination, (parameters, contender), &counter)
         }
         EnvironmentSampler::Lights(sampler) => Global {
             illumination,

@@ -25,6 +25,10 @@ pub(super) fn replay(
             lines.push(format!("samples drawn at every point: {mis:?}"));
             Vec::new()
         }
+        EnvironmentSampler::Product(product) => {
+            lines.push(format!("lights chosen at every point: {product:?}"));
+            Vec::new()
+        }
         EnvironmentSampler::Lights(sampler) => {
             let map = illumination.environment;
             let cost = indirect_cost(illumination, sampler.reduction(), &counter);

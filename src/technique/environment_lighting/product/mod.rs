@@ -1,0 +1,83 @@
+//! Product-ratio sampling of the map (see [`crate::environment::product_ratio`]): lights chosen at
+//! every shading point, and their visibility as a filtered ratio.
+
+mod contributions;
+mod film;
+mod filter;
+mod gather;
+mod irradiance;
+mod lights;
+mod numbers;
+mod selection;
+mod terms;
+
+use glam::Vec3;
+
+use super::super::{Contender, Rendered};
+use super::illumination::Illumination;
+use crate::environment::TexelLights;
+use crate::environment::product_ratio::ProductRatio;
+use crate::image::Image;
+use crate::trace::RayCounter;
+use contributions::Detail;
+use film::Film;
+use gather::Gather;
+use irradiance::Irradiance;
+use lights::LightArrays;
+use numbers::PixelNumbers;
+
+/// Renders a contender.
+pub(super) fn render(
+    illumination: &Illumination,
+    (parameters, contender): (&ProductRatio, &Contender),
+    counter: &RayCounter,
+) -> Rendered {
+    let frame = illumination.frame;
+    let mut rendered = Rendered::default();
+    let (lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
+        let generate = match parameters.unbiased {
+            true => TexelLights::with_texels,
+            false => TexelLights::new,
+        };
+        let lights = generate(illumination.environment, parameters.lights, contender.seed);
+        let arrays = LightArrays::new(&lights, illumination.scale);
+        let irradiance = Irradiance::new(&arrays);
+        (lights, arrays, irradiance)
+    });
+    let mut sums = vec![Vec3::ZERO; frame.pixels()];
+    let mut film = Film::new([frame.width, frame.height], parameters);
+    for sample in 0..frame.spp {
+        let gather = Gather {
+            illumination,
+            lights: &lights,
+            arrays: &arrays,
+            irradiance: &irradiance,
+            detail: match parameters.unbiased {
+                true => Detail::All,
+                false => Detail::Highlights(parameters.detail),
+            },
+            numbers: PixelNumbers::new((contender.seed, parameters.jitter), sample),
+            rays: contender.budget,
+            sample,
+            bundle: parameters.bundle,
+            unbiased: parameters.unbiased,
+        };
+        rendered
+            .stages
+            .time("rendering", || gather.fill(&mut film, counter));
+        rendered.stages.time("filtering", || {
+            rendered.non_finite += filter::resolve(&film, parameters, contender.budget, &mut sums);
+        });
+    }
+    rendered.image = Image {
+        width: frame.width,
+        height: frame.height,
+        pixels: sums
+            .into_iter()
+            .map(|sum| (sum / frame.spp as f32).into())
+            .collect(),
+    };
+    rendered.found.extend(lights.set.found.iter().copied());
+    rendered.lights = Some(lights.set);
+    rendered
+}
