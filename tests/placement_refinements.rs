@@ -257,8 +257,13 @@ fn the_map_is_zero_at_records_and_background_and_at_most_three() {
             continue;
         };
         assert_eq!(map.len(), 64 * 48, "{name}");
-        assert!(map.iter().all(|v| (0.0..=3.0).contains(v)), "{name}");
         assert!(map.iter().any(|&v| v > 0.0), "{name}");
+        if name.starts_with("EGR") {
+            // A standard deviation of values from 0 to 100, also at records.
+            assert!(map.iter().all(|v| (0.0..=50.0).contains(v)), "{name}");
+            continue;
+        }
+        assert!(map.iter().all(|v| (0.0..=3.0).contains(v)), "{name}");
         for &site in &records.sites {
             assert_eq!(map[points.pixel[site as usize] as usize], 0.0, "{name}");
         }

@@ -245,7 +245,7 @@ impl Groups {
                 sums,
                 direction: texels.direction(texel as usize),
                 size,
-                tent: [true; 2],
+                tent: [size[0] < WIDEST, size[1] < WIDEST],
             });
         }
         let side = (4.0 * PI / LEAVES as f64).sqrt();
@@ -255,7 +255,10 @@ impl Groups {
                 .map(|leaf| {
                     let y = leaf.direction.y;
                     let around = side / (1.0 - y * y).max(1e-4).sqrt();
-                    let tent = [size[0] > around, size[1] > side];
+                    let tent = [
+                        size[0] > around && size[0] < WIDEST,
+                        size[1] > side && size[1] < WIDEST,
+                    ];
                     Member {
                         sums: leaf.sums,
                         direction: leaf.direction,
@@ -295,6 +298,9 @@ impl Groups {
     }
 }
 
+/// Texels of a larger extent (radians) are drawn from evenly: twice it would reach round the sphere.
+const WIDEST: f64 = 1.0;
+
 /// A texel or a leaf of a part.
 struct Member {
     sums: Cluster,
@@ -317,9 +323,15 @@ impl Member {
             step * self.size[axis]
         };
         let d = self.direction;
-        let theta = (d.x.hypot(d.z).atan2(d.y) + offset(1)).clamp(0.0, PI);
+        let theta = d.x.hypot(d.z).atan2(d.y);
         let (sin_phi, cos_phi) = (d.x.atan2(-d.z) + offset(0)).sin_cos();
-        let (sin, cos) = theta.sin_cos();
+        let cos = if self.tent[1] {
+            (theta + offset(1)).clamp(0.0, PI).cos()
+        } else {
+            let edge = |side: f64| (theta + side * self.size[1]).clamp(0.0, PI).cos();
+            edge(-0.5) + v[1] * (edge(0.5) - edge(-0.5))
+        };
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
         DVec3::new(sin_phi * sin, cos, -cos_phi * sin)
     }
 }

@@ -19,11 +19,12 @@ fn lights_of_any_map_keep_its_power_and_their_texels() {
                 "{context}"
             );
             assert!(lights.len().is_multiple_of(BLOCK), "{context}");
-            let expected = map.total_power();
-            for (found, expected) in lights.set.total_power().into_iter().zip(expected) {
-                // Means over texels weigh the map a little differently.
+            // Lists of texels count with means of the bilinear lookup, which carries light of a
+            // polar texel to larger ones: the power is that of the map without them only.
+            let own = TexelLights::new(&map, count, 1).set.total_power();
+            for (found, expected) in own.into_iter().zip(map.total_power()) {
                 assert!(
-                    (found - expected).abs() <= 0.15 * expected,
+                    (found - expected).abs() <= 1e-3 * expected,
                     "{context}: {found}"
                 );
             }
@@ -85,7 +86,9 @@ fn turning_a_map_turns_its_texel_lights() {
     let before = TexelLights::with_texels(&plain, 64, 2);
     let after = TexelLights::with_texels(&turned, 64, 2);
     assert_eq!(before.len(), after.len());
-    for (a, b) in before.draws.iter().zip(&after.draws) {
+    let pairs = before.draws.iter().zip(&after.draws).enumerate();
+    // Padding shines nowhere and is not turned.
+    for (_, (a, b)) in pairs.filter(|(i, _)| before.moment[i / DRAWS] > 0.0) {
         let carried = turn.transform_vector3(a.as_dvec3()).as_vec3();
         assert!((carried - b).length() < 1e-5);
     }
