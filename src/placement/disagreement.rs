@@ -125,7 +125,8 @@ impl<'a> Disagreement<'a> {
             }
             let i = point as usize;
             let distance = self.distance((points.position[i], points.normal[i]), (p, n), 1.0);
-            if !(distance < self.nearest[i][USED - 1].distance) {
+            let among_nearest = distance < self.nearest[i][USED - 1].distance;
+            if !among_nearest {
                 continue;
             }
             flood.reached.push((point, distance));
@@ -141,7 +142,8 @@ impl<'a> Disagreement<'a> {
     /// tangent planes scaled by `steepness`; infinite where normals differ too much.
     fn distance(&self, (p, n): (Vec3, Vec3), (q, m): (Vec3, Vec3), steepness: f32) -> f32 {
         let cosine = n.dot(m);
-        if !(cosine > LEAST_COSINE) {
+        let alike = cosine > LEAST_COSINE;
+        if !alike {
             return f32::INFINITY;
         }
         let step = q - p;
