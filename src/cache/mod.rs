@@ -7,7 +7,7 @@ mod search;
 mod tile;
 mod tree;
 
-pub use interpolation::{Gradient, Interpolation};
+pub use interpolation::{Extrapolation, Gradient, Interpolation};
 pub use metric::{DistanceMetric, Ranking, TangentMetric, inverse_distance_weights};
 pub use points::{NO_POINT, ShadingPoints};
 pub use search::{Neighbour, RecordSearch, SearchRule};

@@ -41,4 +41,24 @@ impl ShadingPoints {
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
+
+    /// Sorts points by blocks of 32 × 32 pixels: what is evaluated in this order finds the scene in
+    /// the processor's caches.
+    pub fn sort_by_block(&self, points: &mut [u32]) {
+        const BLOCK: usize = 32;
+        points.sort_unstable_by_key(|&point| {
+            let pixel = self.pixel[point as usize] as usize;
+            let (x, y) = (pixel % self.width, pixel / self.width);
+            (y / BLOCK, x / BLOCK, point)
+        });
+    }
+
+    /// Values by point as a picture, 0 where there is none.
+    pub fn picture(&self, value: impl Fn(usize) -> f32) -> Vec<f32> {
+        let of_pixel = |&point: &u32| match point {
+            NO_POINT => 0.0,
+            point => value(point as usize),
+        };
+        self.point_of_pixel.iter().map(of_pixel).collect()
+    }
 }

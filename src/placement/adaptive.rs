@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
-use super::{Placement, Refinable, Refinement, check};
+use super::{Placement, Refinable, Refinement, check, check_number, number};
 use crate::cache::interpolation::inverse_distance;
 use crate::cache::{RecordSearch, SearchRule};
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
@@ -82,10 +82,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
 };
 
 fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
-    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
-    check(table, "ratio", "a number from 0 to 0.9", |v| {
-        number(v).is_some_and(|n| (0.0..=0.9).contains(&n))
-    })?;
+    check_number(table, "ratio", (0.0, 0.9))?;
     check(table, "records", "a whole number from 1 to 32", |v| {
         matches!(v.as_integer(), Some(1..=32))
     })?;

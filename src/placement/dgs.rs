@@ -8,8 +8,7 @@
 use serde::Deserialize;
 
 use super::discontinuity::{Recipe, draw, measure};
-use super::{Placement, Refinable, Refinement, check};
-use crate::cache::NO_POINT;
+use super::{Placement, Refinable, Refinement, check, check_number};
 use crate::cache::interpolation::inverse_distance;
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
 
@@ -94,16 +93,11 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
 };
 
 fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
-    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
-    let within = |least: f64, most: f64| {
-        move |v: &toml::Value| number(v).is_some_and(|n| (least..=most).contains(&n))
-    };
-    check(table, "ratio", "a number from 0 to 0.9", within(0.0, 0.9))?;
+    check_number(table, "ratio", (0.0, 0.9))?;
     check(table, "records", "a whole number from 2 to 32", |v| {
         matches!(v.as_integer(), Some(2..=32))
     })?;
-    let percentile = "a number from 50 to 100";
-    check(table, "clamp_percentile", percentile, within(50.0, 100.0))?;
+    check_number(table, "clamp_percentile", (50.0, 100.0))?;
     Ok(Box::new(parameters::<DiscontinuityGuided>(table)?))
 }
 
@@ -128,8 +122,10 @@ impl Refinement for DiscontinuityGuided {
     /// the rest is uniformly random.
     fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement {
         let (map, pairs) = measure(input, self.recipe());
-        let picture = picture(input, &map);
-        let (sites, by_importance) = draw(input, map, (count, seed));
+        // D(s) of eq. 4, 0 at records and where there is no shading point.
+        let picture = input.points.picture(|point| map[point]);
+        let (mut sites, by_importance) = draw(input, map, (count, seed));
+        input.points.sort_by_block(&mut sites);
         let mut notes = Vec::new();
         if by_importance < sites.len() {
             notes.push(format!(
@@ -154,13 +150,4 @@ impl Refinement for DiscontinuityGuided {
             map: Some(picture),
         }
     }
-}
-
-/// D(s) of eq. 4 per pixel, 0 at records and where there is no shading point.
-fn picture(input: &Refinable, values: &[f32]) -> Vec<f32> {
-    let of_pixel = |&point: &u32| match point {
-        NO_POINT => 0.0,
-        point => values[point as usize],
-    };
-    input.points.point_of_pixel.iter().map(of_pixel).collect()
 }

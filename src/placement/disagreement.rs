@@ -4,15 +4,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Refinable;
-use super::egr::{each_pixel_around, picture};
+use super::egr::each_pixel_around;
 use crate::cache::{NO_POINT, Neighbour, Ranking, ShadingPoints};
 
 /// Half the width of the window that a gain is summed over, pixels.
 const RADIUS: usize = 2;
 /// Records that predict a point.
 const USED: usize = 6;
-/// Smallest cosine between the normals of a point and of a record that is added.
-const LEAST_COSINE: f32 = 0.5;
 const NONE: Neighbour = Neighbour {
     record: u32::MAX,
     distance: f32::INFINITY,
@@ -31,10 +29,11 @@ struct Prediction {
 pub(super) struct Disagreement<'a> {
     points: &'a ShadingPoints,
     metric: Ranking,
+    /// Between the normals of a point and of a record that is added.
+    least_cosine: f32,
     /// By point, ascending in (distance, record); [`NONE`] beyond their number.
     nearest: Vec<[Neighbour; USED]>,
     predictions: Vec<Prediction>,
-    gains: Vec<f32>,
     /// Records so far.
     count: u32,
     stale: Vec<bool>,
@@ -45,6 +44,7 @@ impl<'a> Disagreement<'a> {
     /// Predicts all points from the records of the first stage.
     pub fn new(input: &Refinable<'a>) -> Self {
         let points = input.points;
+        let rule = input.search.rule();
         let nearest = input
             .search
             .map(&points.position, &points.normal, |_, found| {
@@ -54,21 +54,16 @@ impl<'a> Disagreement<'a> {
             });
         let mut this = Self {
             points,
-            metric: input.search.rule().metric,
+            metric: rule.metric,
+            least_cosine: rule.max_angle_deg.to_radians().cos(),
             nearest,
             predictions: vec![Prediction::default(); points.len()],
-            gains: vec![0.0; points.len()],
             count: input.sites.len() as u32,
             stale: vec![true; points.len()],
             floods: Vec::new(),
         };
         this.update(input);
         this
-    }
-
-    /// The gain expected of a record at each point.
-    pub fn gains(&self) -> &[f32] {
-        &self.gains
     }
 
     /// Takes in the next records, at these points.
@@ -100,7 +95,8 @@ impl<'a> Disagreement<'a> {
 
     /// Predicted standard deviation per pixel.
     pub fn picture(&self) -> Vec<f32> {
-        picture(self.points, |i| self.predictions[i].variance.sqrt())
+        let error = |i: usize| self.predictions[i].variance.sqrt();
+        self.points.picture(error)
     }
 
     /// Collects the points that a new record is among the nearest of, spreading from its pixel to
@@ -142,7 +138,7 @@ impl<'a> Disagreement<'a> {
     /// tangent planes scaled by `steepness`; infinite where normals differ too much.
     fn distance(&self, (p, n): (Vec3, Vec3), (q, m): (Vec3, Vec3), steepness: f32) -> f32 {
         let cosine = n.dot(m);
-        let alike = cosine > LEAST_COSINE;
+        let alike = cosine > self.least_cosine;
         if !alike {
             return f32::INFINITY;
         }
@@ -152,11 +148,10 @@ impl<'a> Disagreement<'a> {
             .distance(step.length_squared(), steepness * plane, cosine)
     }
 
-    /// Predicts stale points anew, and the gains around them.
+    /// Predicts stale points anew.
     fn update(&mut self, input: &Refinable) {
-        let points = self.points;
-        let power = 3;
-        let least = points.diagonal * 1e-6;
+        let power = input.power;
+        let least = self.points.diagonal * 1e-6;
         let nearest = &self.nearest;
         let predict = |i: usize| {
             let (mut total, mut mean, mut square) = (0.0f32, Vec3::ZERO, 0.0f32);
@@ -184,35 +179,66 @@ impl<'a> Disagreement<'a> {
                 Prediction::default()
             }
         };
-        let stale = &self.stale;
         self.predictions
             .par_iter_mut()
+            .zip(&mut self.stale)
             .enumerate()
             .with_min_len(1024)
-            .filter(|(i, _)| stale[*i])
-            .for_each(|(i, prediction)| *prediction = predict(i));
-        let mut gains = std::mem::take(&mut self.gains);
-        gains
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1024)
-            .for_each(|(i, gain)| {
-                if self.is_near_stale(i) {
-                    *gain = self.gain(i);
-                }
+            .filter(|(_, (_, stale))| **stale)
+            .for_each(|(i, (prediction, stale))| {
+                *prediction = predict(i);
+                *stale = false;
             });
-        self.gains = gains;
-        self.stale.fill(false);
     }
 
-    fn is_near_stale(&self, point: usize) -> bool {
-        let pixel = self.points.pixel[point] as usize;
-        let mut any = false;
-        each_pixel_around(self.points, (pixel, RADIUS), |q| {
-            let other = self.points.point_of_pixel[q];
-            any |= other != NO_POINT && self.stale[other as usize];
+    /// Points where `free` holds by the gain expected of a record there: positive, in descending order,
+    /// ties by index. Gains are worked out for about the `most` points with the largest variance in the
+    /// window, which bounds them.
+    pub fn by_gain(&self, free: &[bool], most: usize) -> Vec<u32> {
+        let bounds = self.window_sums();
+        let bound = |point: usize| bounds[self.points.pixel[point] as usize];
+        let least = threshold(&bounds, most);
+        let mut gains: Vec<(f32, u32)> = (0..self.points.len())
+            .into_par_iter()
+            .with_min_len(1024)
+            .filter(|&point| free[point] && bound(point) >= least)
+            .map(|point| (self.gain(point), point as u32))
+            .filter(|(gain, _)| *gain > 0.0)
+            .collect();
+        gains.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        gains.into_iter().map(|(_, point)| point).collect()
+    }
+
+    /// Summed variance of the window around each pixel.
+    fn window_sums(&self) -> Vec<f32> {
+        let (width, height) = (self.points.width, self.points.height);
+        let near = |at: usize, most: usize| at.saturating_sub(RADIUS)..(at + RADIUS + 1).min(most);
+        let mut in_rows = vec![0.0; width * height];
+        in_rows
+            .par_chunks_mut(width)
+            .enumerate()
+            .for_each(|(y, sums)| {
+                let row = &self.points.point_of_pixel[y * width..][..width];
+                let variance: Vec<f32> = row.iter().map(|&point| self.variance(point)).collect();
+                for (x, sum) in sums.iter_mut().enumerate() {
+                    *sum = variance[near(x, width)].iter().sum();
+                }
+            });
+        let mut sums = vec![0.0; width * height];
+        sums.par_chunks_mut(width).enumerate().for_each(|(y, sums)| {
+            for row in near(y, height) {
+                let row = &in_rows[row * width..][..width];
+                sums.iter_mut().zip(row).for_each(|(sum, add)| *sum += add);
+            }
         });
-        any
+        sums
+    }
+
+    /// Of a point or of [`NO_POINT`].
+    fn variance(&self, point: u32) -> f32 {
+        self.predictions
+            .get(point as usize)
+            .map_or(0.0, |prediction| prediction.variance)
     }
 
     fn gain(&self, point: usize) -> f32 {
@@ -239,6 +265,23 @@ impl<'a> Disagreement<'a> {
         });
         if gain.is_finite() { gain } else { 0.0 }
     }
+}
+
+/// A positive number that at least `most` of the values reach, and as few more as its 16 leading bits can
+/// tell; least of all if fewer are positive.
+fn threshold(values: &[f32], most: usize) -> f32 {
+    let mut counts = vec![0u32; 1 << 16];
+    for value in values {
+        counts[(value.to_bits() >> 16) as usize] += 1;
+    }
+    let mut above = 0;
+    for bin in (1..0x7f80).rev() {
+        above += counts[bin] as usize;
+        if above >= most {
+            return f32::from_bits((bin as u32) << 16);
+        }
+    }
+    f32::MIN_POSITIVE
 }
 
 fn insert(nearest: &mut [Neighbour; USED], new: Neighbour) {

@@ -19,9 +19,9 @@ use serde::Deserialize;
 use super::disagreement::Disagreement;
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
-use super::{Placement, Refinable, Refinement, check};
+use super::{Placement, Refinable, Refinement, check, check_number};
 use crate::cache::interpolation::gradient;
-use crate::cache::{NO_POINT, ShadingPoints};
+use crate::cache::ShadingPoints;
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
 use crate::sample::Rng;
 
@@ -84,15 +84,11 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
 };
 
 fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
-    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
-    let within = |least: f64, most: f64| {
-        move |v: &toml::Value| number(v).is_some_and(|n| (least..=most).contains(&n))
-    };
-    check(table, "ratio", "a number from 0 to 0.9", within(0.0, 0.9))?;
+    check_number(table, "ratio", (0.0, 0.9))?;
     check(table, "rounds", "a whole number from 1 to 64", |v| {
         matches!(v.as_integer(), Some(1..=64))
     })?;
-    check(table, "spacing", "a number from 0 to 4", within(0.0, 4.0))?;
+    check_number(table, "spacing", (0.0, 4.0))?;
     Ok(Box::new(parameters::<ErrorGuided>(table)?))
 }
 
@@ -116,8 +112,9 @@ impl Refinement for ErrorGuided {
         let mut sites: Vec<u32> = Vec::with_capacity(count);
         for round in 0..self.rounds {
             let wanted = count * (round + 1) / self.rounds - sites.len();
-            let gains = disagreement.gains();
-            let chosen = largest(points, (gains, &mut free), (wanted, spacing));
+            let order = disagreement.by_gain(&free, wanted * CONSIDERED);
+            let mut chosen = spaced(points, (&order, &mut free), (wanted, spacing));
+            points.sort_by_block(&mut chosen);
             sites.extend(&chosen);
             if round + 1 < self.rounds {
                 input.records.add(&chosen);
@@ -146,34 +143,21 @@ impl Refinement for ErrorGuided {
     }
 }
 
-/// Candidates that are sorted for each record that is wanted.
-const SORTED: usize = 64;
+/// Points that are considered for each record that is wanted.
+const CONSIDERED: usize = 64;
 
-/// Up to `count` free points of largest positive gain, none within `spacing` pixels (Chebyshev) of
-/// another; the spacing is halved while they are too few. They are free no longer.
-fn largest(
+/// The first `count` free points of an order, none within `spacing` pixels (Chebyshev) of another; the
+/// spacing is halved while they are too few. They are free no longer.
+fn spaced(
     points: &ShadingPoints,
-    (gains, free): (&[f32], &mut [bool]),
+    (order, free): (&[u32], &mut [bool]),
     (count, spacing): (usize, f64),
 ) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..points.len() as u32)
-        .filter(|&i| free[i as usize] && gains[i as usize] > 0.0)
-        .collect();
-    let descending = |a: &u32, b: &u32| {
-        let (of_a, of_b) = (gains[*a as usize], gains[*b as usize]);
-        of_b.total_cmp(&of_a).then(a.cmp(b))
-    };
-    let most = count * SORTED;
-    if order.len() > most && most > 0 {
-        order.select_nth_unstable_by(most, descending);
-        order.truncate(most);
-    }
-    order.sort_unstable_by(descending);
     let mut chosen = Vec::with_capacity(count);
     let mut near = vec![false; points.point_of_pixel.len()];
     let mut reach = spacing as usize;
     while chosen.len() < count {
-        for &point in &order {
+        for &point in order {
             let pixel = points.pixel[point as usize] as usize;
             if chosen.len() == count {
                 break;
@@ -209,13 +193,4 @@ pub(super) fn each_pixel_around(
             visit(row * points.width + column);
         }
     }
-}
-
-/// Values by point as a picture, 0 where there is none.
-pub(super) fn picture(points: &ShadingPoints, values: impl Fn(usize) -> f32) -> Vec<f32> {
-    let of_pixel = |&point: &u32| match point {
-        NO_POINT => 0.0,
-        point => values(point as usize),
-    };
-    points.point_of_pixel.iter().map(of_pixel).collect()
 }

@@ -68,6 +68,8 @@ pub struct Refinable<'a> {
     pub sites: &'a [u32],
     /// Search over those records, by the rule of the job's interpolation.
     pub search: &'a RecordSearch,
+    /// p of the weights 1/Dᵖ that records are interpolated with.
+    pub power: i32,
     /// Their values, and where new ones are made.
     pub records: &'a mut dyn Records,
 }
@@ -95,6 +97,23 @@ pub trait Refinement: Send + Sync {
     /// `count` distinct points that are not yet records, or as many as there are. It may make
     /// records of the first of them on the way; those it makes are the first it returns.
     fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement;
+}
+
+/// Refuses a parameter that is given but is not a number within the range.
+fn check_number(
+    table: &toml::Table,
+    key: &str,
+    (least, most): (f64, f64),
+) -> Result<(), ParameterError> {
+    let expected = format!("a number from {least} to {most}");
+    check(table, key, &expected, |value| {
+        number(value).is_some_and(|n| (least..=most).contains(&n))
+    })
+}
+
+/// A whole or other number.
+fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|i| i as f64))
 }
 
 /// Refuses a parameter that is given but does not fit.

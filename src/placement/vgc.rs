@@ -16,7 +16,7 @@ use super::hierarchy::{Hierarchy, Measure, Split};
 use super::members::{Bounds, Member, POSITION, Spot, complete, spots};
 use super::pick::{adjust, choice};
 use super::representative::Average;
-use super::{FirstStage, Placement};
+use super::{FirstStage, Placement, check, check_number, number};
 use crate::cache::{DistanceMetric, ShadingPoints};
 use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
 
@@ -140,26 +140,18 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
 };
 
 fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
-    let number = |v: &toml::Value| v.as_float().or(v.as_integer().map(|i| i as f64));
     let angle_fits = |v: &toml::Value| {
         v.as_str() == Some("auto") || number(v).is_some_and(|d| d > 0.0 && d <= 180.0)
     };
-    let within =
-        |most: f64| move |v: &toml::Value| number(v).is_some_and(|n| (0.0..=most).contains(&n));
-    super::check(
+    check(
         table,
         "angle_deg",
         "a number above 0 and up to 180, or \"auto\"",
         angle_fits,
     )?;
-    super::check(table, "gamma", "a number from 0 to 1000", within(1000.0))?;
-    super::check(
-        table,
-        "lambda_kappa",
-        "a number from 0 to 1000",
-        within(1000.0),
-    )?;
-    super::check(table, "jitter", "a number from 0 to 1", within(1.0))?;
+    check_number(table, "gamma", (0.0, 1000.0))?;
+    check_number(table, "lambda_kappa", (0.0, 1000.0))?;
+    check_number(table, "jitter", (0.0, 1.0))?;
     Ok(Box::new(parameters::<ViewGuided>(table)?))
 }
 

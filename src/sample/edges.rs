@@ -78,6 +78,35 @@ impl HemisphereEdges {
         Vec3::from(sums.map(|lanes| -lanes.iter().sum::<f32>()))
     }
 
+    /// The cells whose bit is set and that share an edge with one whose bit is not, block by block of
+    /// 8 × 8 cells. Of a grid of blocked and open directions no other cells have a `nearness` that
+    /// [`HemisphereEdges::gradient`] looks at.
+    pub fn outline(&self, bits: &[u64], cells: &mut Vec<u32>) {
+        const BLOCK: usize = 8;
+        let side = self.side;
+        let is_set = |i: usize| bits[i / 64] >> (i % 64) & 1 == 1;
+        let is_inside = |x: usize, y: usize| {
+            let i = y * side + x;
+            (x == 0 || is_set(i - 1))
+                && (x + 1 == side || is_set(i + 1))
+                && (y == 0 || is_set(i - side))
+                && (y + 1 == side || is_set(i + side))
+        };
+        cells.clear();
+        for (top, left) in (0..side)
+            .step_by(BLOCK)
+            .flat_map(|top| (0..side).step_by(BLOCK).map(move |left| (top, left)))
+        {
+            for y in top..(top + BLOCK).min(side) {
+                for x in left..(left + BLOCK).min(side) {
+                    if is_set(y * side + x) && !is_inside(x, y) {
+                        cells.push((y * side + x) as u32);
+                    }
+                }
+            }
+        }
+    }
+
     fn slice(&self, range: std::ops::Range<usize>) -> [&[f32]; 3] {
         [0, 1, 2].map(|axis| &self.across[axis][range.clone()])
     }

@@ -331,6 +331,7 @@ fn place_and_evaluate<'a>(
                 points: &points,
                 sites: &sites,
                 search: &search,
+                power: interpolation.power(),
                 records: &mut growing,
             };
             refinement.refine(&mut input, refined, contender.seed)

@@ -51,7 +51,7 @@ const CANDIDATES: usize = 24;
 /// Records that are used.
 const USED: usize = 6;
 /// Largest angle between normals, degrees.
-const MAX_ANGLE_DEG: f32 = 60.0;
+pub(super) const MAX_ANGLE_DEG: f32 = 60.0;
 
 impl Gradient {
     /// The lookup; `length` (ℓ) in scene units.

@@ -1,9 +1,11 @@
 //! How records become the value of a camera sample: which records, with what weights, and whether
 //! each is extrapolated by its own gradients.
 
+mod extrapolation;
 pub mod gradient;
 pub mod inverse_distance;
 
+pub use extrapolation::Extrapolation;
 pub use gradient::Gradient;
 
 use super::SearchRule;

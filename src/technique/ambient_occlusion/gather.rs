@@ -20,6 +20,9 @@ pub struct Scratch {
     world: Vec<Vec3>,
     /// A bit for each direction.
     pub occluded: Vec<u64>,
+    /// Blocked directions beside open ones, and what their rays hit.
+    outline: Vec<u32>,
+    outline_world: Vec<Vec3>,
     hits: Vec<Option<Hit>>,
     open: Vec<f32>,
     nearness: Vec<f32>,
@@ -30,6 +33,8 @@ impl Scratch {
         Self {
             world: vec![Vec3::ZERO; directions],
             occluded: vec![0; directions.div_ceil(64)],
+            outline: Vec::new(),
+            outline_world: Vec::new(),
             hits: Vec::new(),
             open: Vec::new(),
             nearness: Vec::new(),
@@ -60,7 +65,8 @@ impl Gatherer<'_> {
         (open * 2.0 / self.directions.len() as f32).min(1.0)
     }
 
-    /// As [`Gatherer::gather`], by closest hits, and how the value changes around the site.
+    /// As [`Gatherer::gather`], and how the value changes around the site. Only what lies at the edge
+    /// of an opening moves across it, so closest hits are asked for in those directions alone.
     pub fn gather_change(
         &self,
         caster: &Caster,
@@ -68,25 +74,18 @@ impl Gatherer<'_> {
         scratch: &mut Scratch,
     ) -> (f32, Change) {
         let count = self.directions.len();
-        scratch.hits.resize(count, None);
         let origin = self.aim(site, &mut scratch.world);
-        caster.closest_bundle(origin, &scratch.world, self.distance, &mut scratch.hits);
-        // A hit nearer than this is as near: distances are divided by.
-        let least = self.diagonal * 1e-6;
-        scratch.open.clear();
-        scratch.nearness.clear();
-        scratch.occluded.fill(0);
+        caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
         let mut bent = Vec3::ZERO;
-        for (i, (hit, local)) in scratch.hits.iter().zip(self.directions).enumerate() {
-            match hit {
-                None => bent += *local,
-                Some(_) => scratch.occluded[i / 64] |= 1 << (i % 64),
-            }
-            scratch.open.push(f32::from(u8::from(hit.is_none())));
-            let nearness = hit.map_or(0.0, |hit| 1.0 / hit.t.max(least));
-            scratch.nearness.push(nearness);
+        scratch.open.clear();
+        for (i, local) in self.directions.iter().enumerate() {
+            let blocked = scratch.occluded[i / 64] >> (i % 64) & 1;
+            let open = 1.0 - blocked as f32;
+            bent += *local * open;
+            scratch.open.push(open);
         }
         let bent = bent * (2.0 / count as f32);
+        self.measure_outline(caster, (origin, edges), scratch);
         let gradient =
             edges.gradient(&scratch.open, &scratch.nearness) * std::f32::consts::FRAC_1_PI;
         let frame = LocalFrame::from_normal(site.normal);
@@ -95,6 +94,30 @@ impl Gatherer<'_> {
             gradient: frame.to_world(gradient),
         };
         (bent.z.min(1.0), change)
+    }
+
+    /// Leaves in `scratch.nearness` how near the blocked directions are that lie beside open ones.
+    fn measure_outline(
+        &self,
+        caster: &Caster,
+        (origin, edges): (Vec3, &HemisphereEdges),
+        scratch: &mut Scratch,
+    ) {
+        edges.outline(&scratch.occluded, &mut scratch.outline);
+        let directions = scratch.outline.iter().map(|&i| scratch.world[i as usize]);
+        scratch.outline_world.clear();
+        scratch.outline_world.extend(directions);
+        scratch.hits.resize(scratch.outline.len(), None);
+        let hits = &mut scratch.hits;
+        caster.closest_bundle(origin, &scratch.outline_world, self.distance, hits);
+        // A hit nearer than this is as near: distances are divided by.
+        let least = self.diagonal * 1e-6;
+        scratch.nearness.clear();
+        scratch.nearness.resize(self.directions.len(), 0.0);
+        for (&cell, hit) in scratch.outline.iter().zip(hits) {
+            let nearness = hit.map_or(0.0, |hit| 1.0 / hit.t.max(least));
+            scratch.nearness[cell as usize] = nearness;
+        }
     }
 
     /// World-space directions of a site's rays, and their origin.
@@ -140,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn closest_hits_see_what_any_hits_see_and_tell_how_it_changes() {
+    fn the_outline_of_what_is_blocked_tells_how_the_value_changes() {
         let (tracer, counter) = (wall(), RayCounter::default());
         let caster = tracer.caster(&counter);
         let directions = equal_area_hemisphere(SIDE);

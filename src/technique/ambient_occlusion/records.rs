@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::gather::{Change, Gatherer, Scratch};
-use crate::cache::{Gradient, Neighbour};
+use crate::cache::{Extrapolation, Gradient, Neighbour};
 use crate::sample::HemisphereEdges;
 use crate::technique::{CachedFunction, Frame, RecordSite, Seen, Site};
 use crate::trace::{Caster, RayCounter};
@@ -21,19 +21,11 @@ pub struct VisibilityRecords<'a> {
     values: Vec<f32>,
     occluded: Vec<u64>,
     /// For gradient interpolation only.
-    gradient: Option<Extrapolation>,
+    gradient: Option<Extrapolation<Change>>,
 }
 
 /// Largest change of the value by the position.
 const LARGEST_CHANGE: f32 = 0.1;
-
-/// What extrapolates records.
-struct Extrapolation {
-    rule: Gradient,
-    edges: HemisphereEdges,
-    /// Position of each record and how the value changes around it.
-    records: Vec<(Vec3, Change)>,
-}
 
 impl<'a> VisibilityRecords<'a> {
     /// No records yet; with a `gradient` they will know how the value changes.
@@ -45,24 +37,20 @@ impl<'a> VisibilityRecords<'a> {
             gatherer,
             values: Vec::new(),
             occluded: Vec::new(),
-            gradient: gradient.map(|rule| Extrapolation {
-                rule,
-                edges: HemisphereEdges::new(side),
-                records: Vec::new(),
-            }),
+            gradient: gradient
+                .map(|rule| Extrapolation::new(rule, HemisphereEdges::new(side))),
         }
     }
 
     /// What a record says of a site, 0 to 1.
     fn value(&self, record: u32, of: &Site) -> f32 {
-        let i = record as usize;
-        let Some(gradient) = &self.gradient else {
-            return self.values[i];
-        };
-        let (position, change) = &gradient.records[i];
-        let moved = change.gradient.dot(of.position - *position);
-        let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
-        (change.bent.dot(of.normal) + moved.clamp(-most, most)).clamp(0.0, 1.0)
+        let extrapolated = self.gradient.as_ref().and_then(|gradient| {
+            let (step, change) = gradient.around(record, (of.position, of.normal))?;
+            let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
+            let moved = change.gradient.dot(step).clamp(-most, most);
+            Some((change.bent.dot(of.normal) + moved).clamp(0.0, 1.0))
+        });
+        extrapolated.unwrap_or(self.values[record as usize])
     }
 }
 
@@ -95,9 +83,9 @@ impl CachedFunction for VisibilityRecords<'_> {
             .collect();
         self.values.extend(made.iter().map(|(value, _)| value));
         if let Some(gradient) = &mut self.gradient {
-            let positions = sites.iter().map(|s| s.site.position);
-            let records = positions.zip(made.iter().map(|(_, change)| *change));
-            gradient.records.extend(records);
+            for (RecordSite { site, .. }, (_, change)) in sites.iter().zip(made) {
+                gradient.add((site.position, site.normal), change);
+            }
         }
     }
 
@@ -141,8 +129,7 @@ impl CachedFunction for VisibilityRecords<'_> {
     }
 
     fn bytes(&self) -> usize {
-        let records = self.gradient.as_ref().map_or(0, |g| g.records.len());
-        let extrapolation = records * size_of::<(Vec3, Change)>();
+        let extrapolation = self.gradient.as_ref().map_or(0, |g| g.bytes());
         self.values.len() * 4 + self.occluded.len() * 8 + extrapolation
     }
 }

@@ -9,9 +9,8 @@ use rayon::prelude::*;
 use super::change::{Change, Hemisphere};
 use super::gather::{Gathered, Gatherer};
 use super::reflected;
-use crate::cache::{Gradient, Neighbour};
+use crate::cache::{Extrapolation, Gradient, Neighbour};
 use crate::image::luminance;
-use crate::sample::HemisphereEdges;
 use crate::technique::{CachedFunction, RecordSite, Seen, Site};
 use crate::trace::{Caster, RayCounter};
 
@@ -26,30 +25,18 @@ pub struct IrradianceRecords<'a> {
     /// Camera samples without a record on their side, which were gathered instead.
     misses: AtomicU64,
     /// For gradient interpolation only.
-    gradient: Option<Extrapolation>,
+    gradient: Option<Extrapolation<Change>>,
 }
 
 /// Largest change by the position, of a record's own irradiance.
 const LARGEST_CHANGE: f32 = 0.3;
-
-/// What extrapolates records.
-struct Extrapolation {
-    rule: Gradient,
-    edges: HemisphereEdges,
-    /// Position of each record and how irradiance changes around it.
-    records: Vec<(Vec3, Change)>,
-}
 
 impl<'a> IrradianceRecords<'a> {
     /// No records yet; with a `gradient` they will know how irradiance changes.
     pub fn new(gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
         let side = gatherer.directions.len().isqrt();
         Self {
-            gradient: gradient.map(|rule| Extrapolation {
-                rule,
-                edges: Hemisphere::edges(side),
-                records: Vec::new(),
-            }),
+            gradient: gradient.map(|rule| Extrapolation::new(rule, Hemisphere::edges(side))),
             gatherer,
             irradiance: Vec::new(),
             normals: Vec::new(),
@@ -74,14 +61,13 @@ impl<'a> IrradianceRecords<'a> {
 
     /// What a record says of the irradiance at a site.
     fn value(&self, record: u32, of: &Site) -> Vec3 {
-        let i = record as usize;
-        let Some(gradient) = &self.gradient else {
-            return self.irradiance[i];
-        };
-        let (position, change) = &gradient.records[i];
-        let step = of.position - *position;
-        let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
-        change.extrapolate(self.irradiance[i], (step, of.normal), most)
+        let value = self.irradiance[record as usize];
+        let extrapolated = self.gradient.as_ref().and_then(|gradient| {
+            let (step, change) = gradient.around(record, (of.position, of.normal))?;
+            let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
+            Some(change.extrapolate(value, (step, of.normal), most))
+        });
+        extrapolated.unwrap_or(value)
     }
 }
 
@@ -120,9 +106,9 @@ impl CachedFunction for IrradianceRecords<'_> {
         let non_finite = made.iter().map(|(g, _)| g.non_finite).sum();
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
         if let Some(gradient) = &mut self.gradient {
-            let positions = sites.iter().map(|s| s.site.position);
-            let records = positions.zip(made.iter().map(|(_, change)| *change));
-            gradient.records.extend(records);
+            for (RecordSite { site, .. }, (_, change)) in sites.iter().zip(made) {
+                gradient.add((site.position, site.normal), change);
+            }
         }
     }
 
@@ -148,9 +134,9 @@ impl CachedFunction for IrradianceRecords<'_> {
 
     /// The median of the records' harmonic mean distances; without any, a tenth of the diagonal.
     fn length(&self) -> f32 {
-        let records = self.gradient.iter().flat_map(|g| &g.records);
-        let mut lengths: Vec<f32> = records
-            .map(|(_, change)| change.mean_distance)
+        let changes = self.gradient.iter().flat_map(|g| g.changes());
+        let mut lengths: Vec<f32> = changes
+            .map(|change| change.mean_distance)
             .filter(|length| length.is_finite() && *length > 0.0)
             .collect();
         if lengths.is_empty() {
@@ -179,8 +165,7 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn bytes(&self) -> usize {
-        let records = self.gradient.as_ref().map_or(0, |g| g.records.len());
-        let extrapolation = records * size_of::<(Vec3, Change)>();
+        let extrapolation = self.gradient.as_ref().map_or(0, |g| g.bytes());
         self.irradiance.len() * 24 + self.luminances.len() * 2 + extrapolation
     }
 
