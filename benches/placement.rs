@@ -67,6 +67,7 @@ fn refinements(criterion: &mut Criterion) {
         points: &points,
         sites: &sites,
         search: &search,
+        power: 1,
         records: &mut Compared(difference),
     };
     let mut group = criterion.benchmark_group("refinement");
@@ -94,8 +95,8 @@ impl<F: Fn(u32, u32) -> f32 + Sync> Records for Compared<F> {
         self.0(a, b)
     }
 
-    fn predict(&self, _: u32, _: u32) -> glam::Vec3 {
-        glam::Vec3::ZERO
+    fn predict(&self, _: u32, _: u32) -> (glam::Vec3, f32) {
+        (glam::Vec3::ZERO, 1.0)
     }
 
     fn add(&mut self, _: &[u32]) {}

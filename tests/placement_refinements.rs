@@ -51,8 +51,8 @@ impl placement::Records for Values<'_> {
         (self.values[a as usize] - self.values[b as usize]).abs()
     }
 
-    fn predict(&self, record: u32, _: u32) -> Vec3 {
-        Vec3::splat(self.values[record as usize])
+    fn predict(&self, record: u32, _: u32) -> (Vec3, f32) {
+        (Vec3::splat(self.values[record as usize]), 1.0)
     }
 
     fn add(&mut self, points: &[u32]) {
@@ -69,8 +69,8 @@ impl<F: Fn(u32, u32) -> f32 + Sync> placement::Records for Compared<F> {
         self.0(a, b)
     }
 
-    fn predict(&self, _: u32, _: u32) -> Vec3 {
-        Vec3::ZERO
+    fn predict(&self, _: u32, _: u32) -> (Vec3, f32) {
+        (Vec3::ZERO, 1.0)
     }
 
     fn add(&mut self, _: &[u32]) {}
@@ -99,6 +99,7 @@ impl<'a> Records<'a> {
             points: self.points,
             sites: &self.sites,
             search: &self.search,
+            power: 1,
             records: &mut Values {
                 points: self.points,
                 shade: self.shade,
@@ -235,6 +236,7 @@ fn one_pixel_that_differs_is_taken_and_the_rest_is_uniform() {
         points: &lonely,
         sites: &sites,
         search: &search,
+        power: 1,
         records: &mut Compared(|_, _| 0.0),
     };
     // Points 0, 1 and 2 see the turned normal; 0 and 2 are records, so only 1 has a value.
@@ -314,6 +316,7 @@ fn every_pair_is_compared_once() {
         points: &points,
         sites: &records.sites,
         search: &records.search,
+        power: 1,
         records: &mut Compared(difference),
     };
     for method in ["dgs", "as"] {

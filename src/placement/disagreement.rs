@@ -157,12 +157,12 @@ impl<'a> Disagreement<'a> {
             let (mut total, mut mean, mut square) = (0.0f32, Vec3::ZERO, 0.0f32);
             let mut distance = 0.0;
             for near in nearest[i].iter().filter(|n| n.record != u32::MAX) {
-                let value = input.records.predict(near.record, i as u32);
+                let (value, trust) = input.records.predict(near.record, i as u32);
                 if !value.is_finite() {
                     continue;
                 }
                 let d = near.distance.max(least) / nearest[i][0].distance.max(least);
-                let weight = d.powi(-power);
+                let weight = trust * d.powi(-power);
                 // Welford's update: nothing cancels.
                 total += weight;
                 distance += weight * near.distance;
@@ -225,12 +225,14 @@ impl<'a> Disagreement<'a> {
                 }
             });
         let mut sums = vec![0.0; width * height];
-        sums.par_chunks_mut(width).enumerate().for_each(|(y, sums)| {
-            for row in near(y, height) {
-                let row = &in_rows[row * width..][..width];
-                sums.iter_mut().zip(row).for_each(|(sum, add)| *sum += add);
-            }
-        });
+        sums.par_chunks_mut(width)
+            .enumerate()
+            .for_each(|(y, sums)| {
+                for row in near(y, height) {
+                    let row = &in_rows[row * width..][..width];
+                    sums.iter_mut().zip(row).for_each(|(sum, add)| *sum += add);
+                }
+            });
         sums
     }
 

@@ -20,8 +20,8 @@ use super::disagreement::Disagreement;
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement, check, check_number};
-use crate::cache::interpolation::gradient;
 use crate::cache::ShadingPoints;
+use crate::cache::interpolation::gradient;
 use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
 use crate::sample::Rng;
 
@@ -37,8 +37,8 @@ pub struct ErrorGuided {
 impl Default for ErrorGuided {
     fn default() -> Self {
         Self {
-            ratio: 0.4,
-            rounds: 8,
+            ratio: 0.5,
+            rounds: 5,
             spacing: 1.4,
         }
     }
@@ -61,13 +61,13 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
         parameters: &[
             Parameter {
                 key: "ratio",
-                default: "0.4",
+                default: "0.5",
                 unit: "",
                 meaning: "share of the records kept back for the rounds, 0 to 0.9",
             },
             Parameter {
                 key: "rounds",
-                default: "8",
+                default: "5",
                 unit: "",
                 meaning: "rounds that the share is spread over, 1 to 64",
             },

@@ -54,8 +54,9 @@ pub trait Records: Sync {
     /// Summed absolute difference of the gathering samples of two records.
     fn difference(&self, a: u32, b: u32) -> f32;
 
-    /// What a record alone says of a shading point (index), linear RGB as in the image.
-    fn predict(&self, record: u32, point: u32) -> Vec3;
+    /// What a record alone says of a shading point (index), linear RGB as in the image, and how far it
+    /// is to be believed beside others at the same distance.
+    fn predict(&self, record: u32, point: u32) -> (Vec3, f32);
 
     /// Evaluates shading points, which become the next records.
     fn add(&mut self, points: &[u32]);

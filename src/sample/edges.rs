@@ -79,36 +79,77 @@ impl HemisphereEdges {
     }
 
     /// The cells whose bit is set and that share an edge with one whose bit is not, block by block of
-    /// 8 × 8 cells. Of a grid of blocked and open directions no other cells have a `nearness` that
-    /// [`HemisphereEdges::gradient`] looks at.
+    /// 8 × 8 cells.
     pub fn outline(&self, bits: &[u64], cells: &mut Vec<u32>) {
         const BLOCK: usize = 8;
         let side = self.side;
-        let is_set = |i: usize| bits[i / 64] >> (i % 64) & 1 == 1;
-        let is_inside = |x: usize, y: usize| {
-            let i = y * side + x;
-            (x == 0 || is_set(i - 1))
-                && (x + 1 == side || is_set(i + 1))
-                && (y == 0 || is_set(i - side))
-                && (y + 1 == side || is_set(i + side))
-        };
         cells.clear();
-        for (top, left) in (0..side)
-            .step_by(BLOCK)
-            .flat_map(|top| (0..side).step_by(BLOCK).map(move |left| (top, left)))
-        {
-            for y in top..(top + BLOCK).min(side) {
-                for x in left..(left + BLOCK).min(side) {
-                    if is_set(y * side + x) && !is_inside(x, y) {
-                        cells.push((y * side + x) as u32);
+        for top in (0..side).step_by(BLOCK) {
+            for left in (0..side).step_by(BLOCK) {
+                let width = BLOCK.min(side - left);
+                let all = u64::MAX >> (64 - width);
+                let row = |y: usize| run(bits, y * side + left) & all;
+                for y in top..(top + BLOCK).min(side) {
+                    let (own, first) = (row(y), y * side + left);
+                    let before = left == 0 || is_set(bits, first - 1);
+                    let after = left + width == side || is_set(bits, first + width);
+                    let to_the_left = own << 1 | u64::from(before);
+                    let to_the_right = own >> 1 | u64::from(after) << (width - 1);
+                    let above = if y == 0 { all } else { row(y - 1) };
+                    let below = if y + 1 == side { all } else { row(y + 1) };
+                    let mut found = own & !(to_the_left & to_the_right & above & below);
+                    while found != 0 {
+                        cells.push((first + found.trailing_zeros() as usize) as u32);
+                        found &= found - 1;
                     }
                 }
             }
         }
     }
 
+    /// As [`HemisphereEdges::gradient`] where cells are blocked (their bit is set, V = 0) or open (V = 1):
+    /// `cells` is the outline of the bits and holds the nearness of each of its cells.
+    pub fn gradient_of_outline(&self, bits: &[u64], cells: &[(u32, f32)]) -> Vec3 {
+        let (side, count) = (self.side, self.side * self.side);
+        let weight = |edge: usize| Vec3::from([0, 1, 2].map(|axis| self.across[axis][edge]));
+        let mut sum = Vec3::ZERO;
+        for &(cell, nearness) in cells {
+            let i = cell as usize;
+            let x = i % side;
+            let mut across = Vec3::ZERO;
+            if x + 1 < side && !is_set(bits, i + 1) {
+                across += weight(i);
+            }
+            if x > 0 && !is_set(bits, i - 1) {
+                across -= weight(i - 1);
+            }
+            if i + side < count && !is_set(bits, i + side) {
+                across += weight(count + i);
+            }
+            if i >= side && !is_set(bits, i - side) {
+                across -= weight(count + i - side);
+            }
+            sum += across * nearness;
+        }
+        sum
+    }
+
     fn slice(&self, range: std::ops::Range<usize>) -> [&[f32]; 3] {
         [0, 1, 2].map(|axis| &self.across[axis][range.clone()])
+    }
+}
+
+fn is_set(bits: &[u64], i: usize) -> bool {
+    bits[i / 64] >> (i % 64) & 1 == 1
+}
+
+/// At least eight bits from one on, fewer at the end of all.
+fn run(bits: &[u64], first: usize) -> u64 {
+    let (word, shift) = (first / 64, first % 64);
+    let low = bits[word] >> shift;
+    match bits.get(word + 1) {
+        Some(next) if shift > 0 => low | next << (64 - shift),
+        _ => low,
     }
 }
 
@@ -220,6 +261,53 @@ mod tests {
             "{gradient} instead of {expected}"
         );
         assert!(gradient.y.abs() < 0.02 * expected.abs(), "{gradient}");
+    }
+
+    #[test]
+    fn outlines_are_the_blocked_cells_beside_open_ones_and_tell_the_same_gradient() {
+        for (side, threshold) in [(1, 2), (3, 5), (8, 6), (13, 5), (32, 4), (32, 8), (32, 0)] {
+            let cells = side * side;
+            let mut state = 9u32;
+            let mut random = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                state >> 16
+            };
+            let blocked: Vec<bool> = (0..cells).map(|_| random() % 8 < threshold).collect();
+            let mut bits = vec![0u64; cells.div_ceil(64)];
+            for i in (0..cells).filter(|&i| blocked[i]) {
+                bits[i / 64] |= 1 << (i % 64);
+            }
+            let edges = HemisphereEdges::new(side);
+            let mut outline = Vec::new();
+            edges.outline(&bits, &mut outline);
+            let is_outline = |&i: &usize| {
+                let (x, y) = (i % side, i / side);
+                let open = |inside: bool, j: usize| inside && !blocked[j];
+                blocked[i]
+                    && (open(x > 0, i.wrapping_sub(1))
+                        || open(x + 1 < side, i + 1)
+                        || open(y > 0, i.wrapping_sub(side))
+                        || open(y + 1 < side, i + side))
+            };
+            let expected: Vec<u32> = (0..cells).filter(is_outline).map(|i| i as u32).collect();
+            let mut sorted = outline.clone();
+            sorted.sort_unstable();
+            assert_eq!(sorted, expected, "side {side}");
+
+            let measured: Vec<(u32, f32)> = outline
+                .iter()
+                .map(|&i| (i, 0.5 + random() as f32 / 65536.0))
+                .collect();
+            let mut nearness = vec![0.0; cells];
+            measured.iter().for_each(|&(i, n)| nearness[i as usize] = n);
+            let values: Vec<f32> = blocked.iter().map(|&b| f32::from(u8::from(!b))).collect();
+            let whole = edges.gradient(&values, &nearness);
+            let own = edges.gradient_of_outline(&bits, &measured);
+            assert!(
+                (whole - own).length() < 1e-4,
+                "side {side}: {whole} and {own}"
+            );
+        }
     }
 
     #[test]

@@ -24,8 +24,8 @@ pub struct Scratch {
     outline: Vec<u32>,
     outline_world: Vec<Vec3>,
     hits: Vec<Option<Hit>>,
-    open: Vec<f32>,
-    nearness: Vec<f32>,
+    /// The same directions with 1/t.
+    measured: Vec<(u32, f32)>,
 }
 
 impl Scratch {
@@ -36,8 +36,7 @@ impl Scratch {
             outline: Vec::new(),
             outline_world: Vec::new(),
             hits: Vec::new(),
-            open: Vec::new(),
-            nearness: Vec::new(),
+            measured: Vec::new(),
         }
     }
 }
@@ -49,6 +48,9 @@ pub struct Change {
     pub bent: Vec3,
     /// By translation, per scene unit.
     pub gradient: Vec3,
+    /// How far the record is to be believed, 0 to 1: `1 / (1 + d Σ 1/t / S)` with t the distances of
+    /// what lies at the edges of openings and d the length of the rays.
+    pub trust: f32,
 }
 
 impl Gatherer<'_> {
@@ -77,26 +79,24 @@ impl Gatherer<'_> {
         let origin = self.aim(site, &mut scratch.world);
         caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
         let mut bent = Vec3::ZERO;
-        scratch.open.clear();
         for (i, local) in self.directions.iter().enumerate() {
             let blocked = scratch.occluded[i / 64] >> (i % 64) & 1;
-            let open = 1.0 - blocked as f32;
-            bent += *local * open;
-            scratch.open.push(open);
+            bent += *local * (1.0 - blocked as f32);
         }
         let bent = bent * (2.0 / count as f32);
         self.measure_outline(caster, (origin, edges), scratch);
-        let gradient =
-            edges.gradient(&scratch.open, &scratch.nearness) * std::f32::consts::FRAC_1_PI;
+        let nearness: f32 = scratch.measured.iter().map(|(_, nearness)| nearness).sum();
+        let gradient = edges.gradient_of_outline(&scratch.occluded, &scratch.measured);
         let frame = LocalFrame::from_normal(site.normal);
         let change = Change {
             bent: frame.to_world(bent),
-            gradient: frame.to_world(gradient),
+            gradient: frame.to_world(gradient * std::f32::consts::FRAC_1_PI),
+            trust: 1.0 / (1.0 + self.distance * nearness / count as f32),
         };
         (bent.z.min(1.0), change)
     }
 
-    /// Leaves in `scratch.nearness` how near the blocked directions are that lie beside open ones.
+    /// Leaves in `scratch.measured` how near the blocked directions are that lie beside open ones.
     fn measure_outline(
         &self,
         caster: &Caster,
@@ -112,12 +112,12 @@ impl Gatherer<'_> {
         caster.closest_bundle(origin, &scratch.outline_world, self.distance, hits);
         // A hit nearer than this is as near: distances are divided by.
         let least = self.diagonal * 1e-6;
-        scratch.nearness.clear();
-        scratch.nearness.resize(self.directions.len(), 0.0);
-        for (&cell, hit) in scratch.outline.iter().zip(hits) {
-            let nearness = hit.map_or(0.0, |hit| 1.0 / hit.t.max(least));
-            scratch.nearness[cell as usize] = nearness;
-        }
+        let nearness = |hit: &Option<Hit>| hit.map_or(0.0, |hit| 1.0 / hit.t.max(least));
+        let measured = scratch.outline.iter().copied();
+        scratch.measured.clear();
+        scratch
+            .measured
+            .extend(measured.zip(scratch.hits.iter().map(nearness)));
     }
 
     /// World-space directions of a site's rays, and their origin.

@@ -37,20 +37,20 @@ impl<'a> VisibilityRecords<'a> {
             gatherer,
             values: Vec::new(),
             occluded: Vec::new(),
-            gradient: gradient
-                .map(|rule| Extrapolation::new(rule, HemisphereEdges::new(side))),
+            gradient: gradient.map(|rule| Extrapolation::new(rule, HemisphereEdges::new(side))),
         }
     }
 
-    /// What a record says of a site, 0 to 1.
-    fn value(&self, record: u32, of: &Site) -> f32 {
+    /// What a record says of a site, 0 to 1, and how far it is to be believed beside others.
+    fn value(&self, record: u32, of: &Site) -> (f32, f32) {
         let extrapolated = self.gradient.as_ref().and_then(|gradient| {
             let (step, change) = gradient.around(record, (of.position, of.normal))?;
             let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
             let moved = change.gradient.dot(step).clamp(-most, most);
-            Some((change.bent.dot(of.normal) + moved).clamp(0.0, 1.0))
+            let value = (change.bent.dot(of.normal) + moved).clamp(0.0, 1.0);
+            Some((value, change.trust))
         });
-        extrapolated.unwrap_or(self.values[record as usize])
+        extrapolated.unwrap_or((self.values[record as usize], 1.0))
     }
 }
 
@@ -99,8 +99,9 @@ impl CachedFunction for VisibilityRecords<'_> {
         differing as f32
     }
 
-    fn predict(&self, record: u32, of: &Site) -> Vec3 {
-        Vec3::splat(self.value(record, of))
+    fn predict(&self, record: u32, of: &Site) -> (Vec3, f32) {
+        let (value, trust) = self.value(record, of);
+        (Vec3::splat(value), trust)
     }
 
     fn length(&self) -> f32 {
@@ -116,12 +117,13 @@ impl CachedFunction for VisibilityRecords<'_> {
         if neighbours.is_empty() {
             return self.background();
         }
-        let value: f32 = neighbours
-            .iter()
-            .zip(weights)
-            .map(|(n, w)| self.value(n.record, &seen.site) * w)
-            .sum();
-        [value; 3]
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (neighbour, weight) in neighbours.iter().zip(weights) {
+            let (value, trust) = self.value(neighbour.record, &seen.site);
+            sum += value * weight * trust;
+            total += weight * trust;
+        }
+        [sum / total; 3]
     }
 
     fn background(&self) -> [f32; 3] {

@@ -144,8 +144,8 @@ impl CachedFunction for ImportanceRecords<'_> {
     }
 
     /// The light of all lights at the record itself, as luminance.
-    fn predict(&self, record: u32, _: &Site) -> Vec3 {
-        Vec3::splat(self.table.total(record))
+    fn predict(&self, record: u32, _: &Site) -> (Vec3, f32) {
+        (Vec3::splat(self.table.total(record)), 1.0)
     }
 
     fn length(&self) -> f32 {

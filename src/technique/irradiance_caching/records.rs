@@ -122,8 +122,8 @@ impl CachedFunction for IrradianceRecords<'_> {
             .sum()
     }
 
-    fn predict(&self, record: u32, of: &Site) -> Vec3 {
-        self.value(record, of)
+    fn predict(&self, record: u32, of: &Site) -> (Vec3, f32) {
+        (self.value(record, of), 1.0)
     }
 
     fn importance(&self, caster: &Caster, of: &RecordSite) -> Vec3 {

@@ -1,0 +1,94 @@
+//! What a cached technique and its function answer.
+
+use glam::Vec3;
+
+use super::Lookup;
+use crate::cache::{Interpolation, Neighbour, ShadingPoints};
+use crate::technique::{Frame, Rendered, Seen, ShadingFunction, Site, Technique};
+use crate::trace::{Caster, RayCounter};
+
+/// A technique whose contenders are records of one function.
+pub trait CachedTechnique: Technique {
+    /// The function without records, for one job, and its run-time rule. `how` says
+    /// how records will be interpolated and which seed keys random choices of them.
+    ///
+    /// # Errors
+    /// A sentence, if its records cannot be interpolated so.
+    fn function<'a>(
+        &'a self,
+        frame: &'a Frame<'a>,
+        how: (Interpolation, u64),
+    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String>;
+
+    /// A random estimate of the function at every sample, for the contender without records; its
+    /// samples count passes.
+    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
+
+    /// Whether images from records are noisy.
+    fn is_noisy(&self) -> bool {
+        false
+    }
+
+    /// Adds to an image made from records what is not in them and costs all contenders the same.
+    fn finish(&self, _: &Frame, _: &mut Rendered) {}
+}
+
+/// A shading point that becomes a record.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordSite {
+    pub site: Site,
+    /// The pixel whose centre sees it; its camera ray tells direction and material.
+    pub pixel: u32,
+}
+
+impl RecordSite {
+    /// A shading point by its index.
+    pub fn of(points: &ShadingPoints, point: u32) -> Self {
+        Self {
+            site: Site::of(points, point),
+            pixel: points.pixel[point as usize],
+        }
+    }
+}
+
+/// A function that is evaluated at few records and interpolated everywhere else.
+pub trait CachedFunction: Sync {
+    /// Evaluates at `sites` and appends the records.
+    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter);
+
+    /// Summed absolute difference of the gathering samples of two records.
+    fn difference(&self, a: u32, b: u32) -> f32;
+
+    /// What a record alone says of a shading point, linear RGB, and how far it is to be believed
+    /// beside others at the same distance: positive.
+    fn predict(&self, record: u32, of: &Site) -> (Vec3, f32);
+
+    /// What the function is multiplied by on its way to the image where the camera sees a shading
+    /// point.
+    fn importance(&self, _: &Caster, _: &RecordSite) -> Vec3 {
+        Vec3::ONE
+    }
+
+    /// Length within which the function changes, scene units: positive and finite.
+    fn length(&self) -> f32;
+
+    /// The value of a camera sample from its neighbours and their weights, which sum to 1. There
+    /// are none when the lookup misses: no record, or none that may be used.
+    fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3];
+
+    /// The value where the camera sees no surface.
+    fn background(&self) -> [f32; 3];
+
+    /// Bytes held by the records.
+    fn bytes(&self) -> usize;
+
+    /// Values that were not finite and were left out of records.
+    fn non_finite(&self) -> u64 {
+        0
+    }
+
+    /// What is worth reporting of lookups.
+    fn found(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,75 @@
+//! The records of a job while a refinement adds to them.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{CachedFunction, RecordSite, select};
+use crate::cache::ShadingPoints;
+use crate::placement;
+use crate::technique::{Frame, Site, Stages};
+use crate::trace::RayCounter;
+
+/// The records of a job while a refinement adds to them.
+pub(super) struct Growing<'a, 'f> {
+    function: &'a mut (dyn CachedFunction + 'f),
+    frame: &'a Frame<'a>,
+    points: &'a ShadingPoints,
+    /// Of each point; empty if nothing is predicted.
+    importance: Vec<Vec3>,
+    counter: &'a RayCounter,
+    /// How many were added.
+    pub added: usize,
+    /// Time taken by adding.
+    pub stages: Stages,
+}
+
+impl<'a, 'f> Growing<'a, 'f> {
+    /// The records that a function holds.
+    pub fn new(
+        function: &'a mut (dyn CachedFunction + 'f),
+        frame: &'a Frame<'a>,
+        (points, counter): (&'a ShadingPoints, &'a RayCounter),
+    ) -> Self {
+        Self {
+            function,
+            frame,
+            points,
+            importance: Vec::new(),
+            counter,
+            added: 0,
+            stages: Stages::default(),
+        }
+    }
+
+    /// Works out how much each point matters, which predictions need.
+    pub fn weigh(&mut self) {
+        let (frame, function, points) = (self.frame, &*self.function, self.points);
+        let caster = || frame.tracer.caster(self.counter);
+        self.importance = (0..points.len() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map_init(caster, |caster, i| {
+                function.importance(caster, &RecordSite::of(points, i))
+            })
+            .collect();
+    }
+}
+
+impl placement::Records for Growing<'_, '_> {
+    fn difference(&self, a: u32, b: u32) -> f32 {
+        self.function.difference(a, b)
+    }
+
+    fn predict(&self, record: u32, point: u32) -> (Vec3, f32) {
+        let (value, trust) = self.function.predict(record, &Site::of(self.points, point));
+        (value * self.importance[point as usize], trust)
+    }
+
+    fn add(&mut self, points: &[u32]) {
+        let sites = select(self.points, points);
+        let (function, counter) = (&mut *self.function, self.counter);
+        let evaluate = || function.evaluate(&sites, counter);
+        self.stages.time("evaluation", evaluate);
+        self.added += points.len();
+    }
+}
