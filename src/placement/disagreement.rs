@@ -9,8 +9,8 @@ use crate::cache::{NO_POINT, Neighbour, Ranking, ShadingPoints};
 
 /// Half the width of the window that a gain is summed over, pixels.
 const RADIUS: usize = 2;
-/// Records that predict a point.
-const USED: usize = 6;
+/// Most records that predict a point.
+const MOST_USED: usize = 6;
 const NONE: Neighbour = Neighbour {
     record: u32::MAX,
     distance: f32::INFINITY,
@@ -31,8 +31,10 @@ pub(super) struct Disagreement<'a> {
     metric: Ranking,
     /// Between the normals of a point and of a record that is added.
     least_cosine: f32,
+    /// Records of each point, as many as the interpolation uses.
+    used: usize,
     /// By point, ascending in (distance, record); [`NONE`] beyond their number.
-    nearest: Vec<[Neighbour; USED]>,
+    nearest: Vec<[Neighbour; MOST_USED]>,
     predictions: Vec<Prediction>,
     /// Records so far.
     count: u32,
@@ -48,13 +50,14 @@ impl<'a> Disagreement<'a> {
         let nearest = input
             .search
             .map(&points.position, &points.normal, |_, found| {
-                let mut own = [NONE; USED];
+                let mut own = [NONE; MOST_USED];
                 own.iter_mut().zip(found).for_each(|(a, b)| *a = *b);
                 own
             });
         let mut this = Self {
             points,
             metric: rule.metric,
+            used: rule.used.clamp(1, MOST_USED),
             least_cosine: rule.max_angle_deg.to_radians().cos(),
             nearest,
             predictions: vec![Prediction::default(); points.len()],
@@ -83,7 +86,7 @@ impl<'a> Disagreement<'a> {
             for &(point, distance) in &flood.reached {
                 let record = first + i as u32;
                 insert(
-                    &mut self.nearest[point as usize],
+                    &mut self.nearest[point as usize][..self.used],
                     Neighbour { record, distance },
                 );
                 self.stale[point as usize] = true;
@@ -121,7 +124,7 @@ impl<'a> Disagreement<'a> {
             }
             let i = point as usize;
             let distance = self.distance((points.position[i], points.normal[i]), (p, n), 1.0);
-            let among_nearest = distance < self.nearest[i][USED - 1].distance;
+            let among_nearest = distance < self.nearest[i][self.used - 1].distance;
             if !among_nearest {
                 continue;
             }
@@ -286,13 +289,13 @@ fn threshold(values: &[f32], most: usize) -> f32 {
     f32::MIN_POSITIVE
 }
 
-fn insert(nearest: &mut [Neighbour; USED], new: Neighbour) {
-    let mut at = USED;
+fn insert(nearest: &mut [Neighbour], new: Neighbour) {
+    let mut at = nearest.len();
     while at > 0 && new.distance < nearest[at - 1].distance {
         at -= 1;
     }
-    if at < USED {
-        nearest.copy_within(at..USED - 1, at + 1);
+    if at < nearest.len() {
+        nearest.copy_within(at..nearest.len() - 1, at + 1);
         nearest[at] = new;
     }
 }

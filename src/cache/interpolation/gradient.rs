@@ -8,7 +8,7 @@
 //! value_c = B_c·n + clamp(g_c·Δp, ±clamp)          kept within the function's range
 //! ```
 //!
-//! Of the 24 records nearest in space those within 60° of the normal stay, of them the 6 least in
+//! Of the 24 records nearest in space those within 60° of the normal stay, of them the 4 least in
 //!
 //! ```text
 //! D² = |Δp|² + (across · pl)² + (bend · ℓ)² (1 − n_c·n)
@@ -52,7 +52,7 @@ impl Default for Gradient {
 /// Records nearest in space that are candidates.
 const CANDIDATES: usize = 24;
 /// Records that are used.
-const USED: usize = 6;
+const USED: usize = 4;
 /// Largest angle between normals, degrees.
 pub(super) const MAX_ANGLE_DEG: f32 = 60.0;
 
