@@ -1,4 +1,7 @@
-//! How much the records of each shading point disagree about it, kept up to date as records are added.
+//! How much the records of shading points disagree about them, kept up to date as records are added.
+//!
+//! The points are those of every second pixel, as the white fields of a chessboard: neighbouring pixels
+//! tell much the same.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -25,15 +28,19 @@ struct Prediction {
     distance: f32,
 }
 
-/// The records of each point and what follows from them.
+/// The records of each probe and what follows from them.
 pub(super) struct Disagreement<'a> {
     points: &'a ShadingPoints,
+    /// The shading points that are looked at.
+    probes: Vec<u32>,
+    /// Of each pixel, or [`NO_POINT`].
+    probe_of_pixel: Vec<u32>,
     metric: Ranking,
     /// Between the normals of a point and of a record that is added.
     least_cosine: f32,
-    /// Records of each point, as many as the interpolation uses.
+    /// Records of each probe, as many as the interpolation uses.
     used: usize,
-    /// By point, ascending in (distance, record); [`NONE`] beyond their number.
+    /// By probe, ascending in (distance, record); [`NONE`] beyond their number.
     nearest: Vec<[Neighbour; MOST_USED]>,
     predictions: Vec<Prediction>,
     /// Records so far.
@@ -43,33 +50,48 @@ pub(super) struct Disagreement<'a> {
 }
 
 impl<'a> Disagreement<'a> {
-    /// Predicts all points from the records of the first stage.
+    /// Predicts all probes from the records of the first stage.
     pub fn new(input: &Refinable<'a>) -> Self {
         let points = input.points;
         let rule = input.search.rule();
-        let nearest = input
-            .search
-            .map(&points.position, &points.normal, |_, found| {
-                let mut own = [NONE; MOST_USED];
-                own.iter_mut().zip(found).for_each(|(a, b)| *a = *b);
-                own
-            });
+        let is_white = |pixel: u32| {
+            let (x, y) = (pixel as usize % points.width, pixel as usize / points.width);
+            (x + y).is_multiple_of(2)
+        };
+        let probes: Vec<u32> = (0..points.len() as u32)
+            .filter(|&point| is_white(points.pixel[point as usize]))
+            .collect();
+        let mut probe_of_pixel = vec![NO_POINT; points.point_of_pixel.len()];
+        for (probe, &point) in probes.iter().enumerate() {
+            probe_of_pixel[points.pixel[point as usize] as usize] = probe as u32;
+        }
+        let of_probes = |values: &[Vec3]| -> Vec<Vec3> {
+            probes.iter().map(|&point| values[point as usize]).collect()
+        };
+        let (positions, normals) = (of_probes(&points.position), of_probes(&points.normal));
+        let nearest = input.search.map(&positions, &normals, |_, found| {
+            let mut own = [NONE; MOST_USED];
+            own.iter_mut().zip(found).for_each(|(a, b)| *a = *b);
+            own
+        });
         let mut this = Self {
             points,
             metric: rule.metric,
             used: rule.used.clamp(1, MOST_USED),
             least_cosine: rule.max_angle_deg.to_radians().cos(),
             nearest,
-            predictions: vec![Prediction::default(); points.len()],
+            predictions: vec![Prediction::default(); probes.len()],
             count: input.sites.len() as u32,
-            stale: vec![true; points.len()],
+            stale: vec![true; probes.len()],
+            probes,
+            probe_of_pixel,
             floods: Vec::new(),
         };
         this.update(input);
         this
     }
 
-    /// Takes in the next records, at these points.
+    /// Takes in the next records, at these points, all of them probes.
     pub fn add(&mut self, input: &Refinable, sites: &[u32]) {
         self.count += sites.len() as u32;
         let first = self.count - sites.len() as u32;
@@ -83,26 +105,31 @@ impl<'a> Disagreement<'a> {
                 self.flood(site, (flood, seen))
             });
         for (i, flood) in floods.iter().enumerate() {
-            for &(point, distance) in &flood.reached {
+            for &(probe, distance) in &flood.reached {
                 let record = first + i as u32;
                 insert(
-                    &mut self.nearest[point as usize][..self.used],
+                    &mut self.nearest[probe as usize][..self.used],
                     Neighbour { record, distance },
                 );
-                self.stale[point as usize] = true;
+                self.stale[probe as usize] = true;
             }
         }
         self.floods = floods;
         self.update(input);
     }
 
-    /// Predicted standard deviation per pixel.
+    /// Predicted standard deviation per pixel; between probes that of the neighbour in the row.
     pub fn picture(&self) -> Vec<f32> {
-        let error = |i: usize| self.predictions[i].variance.sqrt();
-        self.points.picture(error)
+        self.points.picture(|point| {
+            let pixel = self.points.pixel[point] as usize;
+            let beside = [pixel, pixel.saturating_sub(1), pixel + 1];
+            let probes = beside.iter().filter_map(|&q| self.probe_of_pixel.get(q));
+            let probe = probes.copied().find(|&probe| probe != NO_POINT);
+            self.variance(probe.unwrap_or(NO_POINT)).sqrt()
+        })
     }
 
-    /// Collects the points that a new record is among the nearest of, spreading from its pixel to
+    /// Collects the probes that a new record is among the nearest of, spreading from its pixel to
     /// neighbouring ones. Parts of the surface that hang together in no other way are missed; the
     /// next lookup finds them.
     fn flood(&self, site: u32, (flood, seen): (&mut Flood, &mut Vec<u64>)) {
@@ -118,18 +145,18 @@ impl<'a> Disagreement<'a> {
         window.enter(pixel, seen);
         let (p, n) = (points.position[origin], points.normal[origin]);
         while let Some(pixel) = flood.front.pop() {
-            let point = points.point_of_pixel[pixel as usize];
-            if point == NO_POINT {
+            let probe = self.probe_of_pixel[pixel as usize];
+            if probe == NO_POINT {
                 continue;
             }
-            let i = point as usize;
+            let i = self.probes[probe as usize] as usize;
             let distance = self.distance((points.position[i], points.normal[i]), (p, n), 1.0);
-            let among_nearest = distance < self.nearest[i][self.used - 1].distance;
-            if !among_nearest {
+            let farthest = self.nearest[probe as usize][self.used - 1];
+            if distance >= farthest.distance {
                 continue;
             }
-            flood.reached.push((point, distance));
-            each_pixel_around(points, (pixel as usize, 1), |q| {
+            flood.reached.push((probe, distance));
+            each_white_neighbour(points, pixel as usize, |q| {
                 if window.enter(q, seen) {
                     flood.front.push(q as u32);
                 }
@@ -151,16 +178,16 @@ impl<'a> Disagreement<'a> {
             .distance(step.length_squared(), steepness * plane, cosine)
     }
 
-    /// Predicts stale points anew.
+    /// Predicts stale probes anew.
     fn update(&mut self, input: &Refinable) {
         let power = input.power;
         let least = self.points.diagonal * 1e-6;
-        let nearest = &self.nearest;
+        let (nearest, probes) = (&self.nearest, &self.probes);
         let predict = |i: usize| {
             let (mut total, mut mean, mut square) = (0.0f32, Vec3::ZERO, 0.0f32);
             let mut distance = 0.0;
             for near in nearest[i].iter().filter(|n| n.record != u32::MAX) {
-                let (value, trust) = input.records.predict(near.record, i as u32);
+                let (value, trust) = input.records.predict(near.record, probes[i]);
                 if !value.is_finite() {
                     continue;
                 }
@@ -194,18 +221,20 @@ impl<'a> Disagreement<'a> {
             });
     }
 
-    /// Points where `free` holds by the gain expected of a record there: positive, in descending order,
+    /// Probes, as points, where `free` holds, by the gain expected of a record there: positive, in descending order,
     /// ties by index. Gains are worked out for about the `most` points with the largest variance in the
     /// window, which bounds them.
     pub fn by_gain(&self, free: &[bool], most: usize) -> Vec<u32> {
         let bounds = self.window_sums();
-        let bound = |point: usize| bounds[self.points.pixel[point] as usize];
+        let bound = |point: u32| bounds[self.points.pixel[point as usize] as usize];
         let least = threshold(&bounds, most);
-        let mut gains: Vec<(f32, u32)> = (0..self.points.len())
-            .into_par_iter()
+        let mut gains: Vec<(f32, u32)> = self
+            .probes
+            .par_iter()
+            .enumerate()
             .with_min_len(1024)
-            .filter(|&point| free[point] && bound(point) >= least)
-            .map(|point| (self.gain(point), point as u32))
+            .filter(|&(_, &point)| free[point as usize] && bound(point) >= least)
+            .map(|(probe, &point)| (self.gain(probe), point))
             .filter(|(gain, _)| *gain > 0.0)
             .collect();
         gains.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -221,8 +250,8 @@ impl<'a> Disagreement<'a> {
             .par_chunks_mut(width)
             .enumerate()
             .for_each(|(y, sums)| {
-                let row = &self.points.point_of_pixel[y * width..][..width];
-                let variance: Vec<f32> = row.iter().map(|&point| self.variance(point)).collect();
+                let row = &self.probe_of_pixel[y * width..][..width];
+                let variance: Vec<f32> = row.iter().map(|&probe| self.variance(probe)).collect();
                 for (x, sum) in sums.iter_mut().enumerate() {
                     *sum = variance[near(x, width)].iter().sum();
                 }
@@ -239,27 +268,24 @@ impl<'a> Disagreement<'a> {
         sums
     }
 
-    /// Of a point or of [`NO_POINT`].
-    fn variance(&self, point: u32) -> f32 {
+    /// Of a probe or of [`NO_POINT`].
+    fn variance(&self, probe: u32) -> f32 {
         self.predictions
-            .get(point as usize)
+            .get(probe as usize)
             .map_or(0.0, |prediction| prediction.variance)
     }
 
-    fn gain(&self, point: usize) -> f32 {
+    fn gain(&self, probe: usize) -> f32 {
         let points = self.points;
+        let point = self.probes[probe] as usize;
         let pixel = points.pixel[point] as usize;
         let (p, n) = (points.position[point], points.normal[point]);
-        let reach = self.predictions[point].distance.max(points.diagonal * 1e-6);
+        let reach = self.predictions[probe].distance.max(points.diagonal * 1e-6);
         let mut gain = 0.0;
         each_pixel_around(points, (pixel, RADIUS), |q| {
-            let other = points.point_of_pixel[q];
-            if other == NO_POINT {
-                return;
-            }
-            let other = other as usize;
-            let variance = self.predictions[other].variance;
+            let variance = self.variance(self.probe_of_pixel[q]);
             if variance > 0.0 {
+                let other = points.point_of_pixel[q] as usize;
                 let step = points.position[other] - p;
                 let plane = 0.5 * n.dot(step).abs();
                 let cosine = n.dot(points.normal[other]);
@@ -287,6 +313,27 @@ fn threshold(values: &[f32], most: usize) -> f32 {
         }
     }
     f32::MIN_POSITIVE
+}
+
+/// The white fields around one, within the film.
+fn each_white_neighbour(points: &ShadingPoints, pixel: usize, mut visit: impl FnMut(usize)) {
+    const STEPS: [(isize, isize); 8] = [
+        (-1, -1),
+        (1, -1),
+        (-1, 1),
+        (1, 1),
+        (-2, 0),
+        (2, 0),
+        (0, -2),
+        (0, 2),
+    ];
+    let (x, y) = (pixel % points.width, pixel / points.width);
+    for (dx, dy) in STEPS {
+        let place = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+        if let Some((x, y)) = place.filter(|&(x, y)| x < points.width && y < points.height) {
+            visit(y * points.width + x);
+        }
+    }
 }
 
 fn insert(nearest: &mut [Neighbour], new: Neighbour) {

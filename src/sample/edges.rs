@@ -265,7 +265,15 @@ mod tests {
 
     #[test]
     fn outlines_are_the_blocked_cells_beside_open_ones_and_tell_the_same_gradient() {
-        for (side, threshold) in [(1, 2), (3, 5), (8, 6), (13, 5), (32, 4), (32, 8), (32, 0)] {
+        for (side, threshold) in [
+            (1_usize, 2),
+            (3, 5),
+            (8, 6),
+            (13, 5),
+            (32, 4),
+            (32, 8),
+            (32, 0),
+        ] {
             let cells = side * side;
             let mut state = 9u32;
             let mut random = || {
