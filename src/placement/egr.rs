@@ -11,7 +11,8 @@
 //! with D the distance of the interpolation, half as steep off the tangent plane of s, and h the weighted mean
 //! distance of s to its records. The points of largest gain become records, none within
 //! `1.4 √(points / records)` pixels of another of the same round; their values are taken in, and the next round
-//! begins. Only points that a new record reaches are predicted anew. It sees what the interpolation will get
+//! begins. Points are looked at, and may become records, in every second pixel (the white fields of a
+//! chessboard); only those that a new record reaches are predicted anew. It sees what the interpolation will get
 //! wrong, so it needs no threshold and no term of geometry. Everything but the first stage is deterministic.
 
 use serde::Deserialize;
