@@ -18,7 +18,7 @@
 //! which the function changes (the occlusion distance; the median of the records' harmonic mean distances for
 //! irradiance). Weights are `1 / Dᵖ`, p = `power`; for ambient occlusion times `1 / (1 + d Σ 1/t / S)`, with t the
 //! distances of what lies at the edges of openings and d the longest: a record that feels something near changes
-//! soon. Finding those distances takes closest hits, about one for ten occlusion rays, which rows count apart.
+//! soon. Finding those distances takes closest hits, about one for fifteen occlusion rays, which rows count apart.
 //! Beyond 60° a record keeps its plain value. The change by the position is kept within ±0.1 (ambient
 //! occlusion) or ±0.3 of the value (irradiance).
 
