@@ -302,3 +302,63 @@ pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
     }
     points
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Bsdf, ColourSource, Needs, find_scene};
+
+    /// Robots of mirrors and glass behind holes.
+    fn specular_scene() -> Scene {
+        let mut description = find_scene("robots").expect("an embedded scene");
+        let mirror = Bsdf::Conductor {
+            eta: [0.0; 3],
+            k: [0.0; 3],
+            specular: ColourSource::Constant([0.9, 0.8, 0.7]),
+            alpha: 0.0,
+            distribution: Default::default(),
+        };
+        let glass = Bsdf::Dielectric {
+            ior: 1.5,
+            thin: false,
+            reflectance: [1.0; 3],
+            transmittance: [1.0; 3],
+        };
+        for (i, material) in description.materials.iter_mut().enumerate() {
+            match i % 4 {
+                1 => material.bsdf = mirror.clone(),
+                2 => material.bsdf = glass.clone(),
+                3 => material.opacity = Some(ColourSource::Constant([0.5; 3])),
+                _ => {}
+            }
+        }
+        Scene::build(&description, Needs::ALL).expect("a scene")
+    }
+
+    #[test]
+    fn tiles_see_what_single_samples_see() {
+        let scene = specular_scene();
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let film = Film {
+            width: 45,
+            height: 27,
+            spp: 3,
+        };
+        let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+        assert!(frame.specular);
+        let counter = RayCounter::default();
+        let caster = tracer.caster(&counter);
+        let single: Vec<Seen> = (0..frame.pixels() as u32)
+            .flat_map(|pixel| (0..frame.spp).map(move |sample| (pixel, sample)))
+            .filter_map(|(pixel, sample)| frame.look(&caster, pixel, sample))
+            .collect();
+        let passed = single.iter().filter(|seen| seen.throughput != Vec3::ONE);
+        assert!(passed.count() > 50, "samples that pass mirrors");
+        let mut tiled = look_band(&frame, &counter, 0..frame.height, frame.spp);
+        tiled.sort_by_key(|seen| (seen.pixel, seen.sample));
+        assert_eq!(single.len(), tiled.len());
+        for (a, b) in single.iter().zip(&tiled) {
+            assert_eq!(format!("{a:?}"), format!("{b:?}"));
+        }
+    }
+}

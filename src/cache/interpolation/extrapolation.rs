@@ -59,3 +59,34 @@ impl<C> Extrapolation<C> {
         self.anchors.len() * size_of::<Anchor<C>>()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_is_extrapolated_within_its_largest_angle_only() {
+        let mut records = Extrapolation::new(Gradient::default(), HemisphereEdges::new(4));
+        records.add((Vec3::new(1.0, 2.0, 3.0), Vec3::Z), "first");
+        records.add((Vec3::ZERO, Vec3::X), "second");
+        let there = Vec3::new(1.5, 2.0, 3.0);
+        let turned = |degrees: f32| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            Vec3::new(0.0, sin, cos)
+        };
+        let (step, change) = records.around(0, (there, turned(59.0))).expect("a change");
+        assert_eq!((step, *change), (Vec3::new(0.5, 0.0, 0.0), "first"));
+        for degrees in [61.0, 90.0, 180.0] {
+            assert!(
+                records.around(0, (there, turned(degrees))).is_none(),
+                "{degrees}"
+            );
+        }
+        assert!(records.around(1, (there, turned(0.0))).is_none());
+        assert!(records.around(0, (there, Vec3::NAN)).is_none());
+        assert_eq!(
+            records.changes().copied().collect::<Vec<_>>(),
+            ["first", "second"]
+        );
+    }
+}
