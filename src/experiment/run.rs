@@ -219,7 +219,7 @@ impl Runner {
         };
         let result = caught(render).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
-            self.progress.spend("settings not kept", uncharged);
+            self.progress.spend("not charged", uncharged);
             self.progress
                 .time("metrics", || {
                     compare(&reference.mean, &rendered.image, &options)

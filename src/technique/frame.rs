@@ -104,6 +104,14 @@ impl<'a> Frame<'a> {
         }
     }
 
+    /// Tells frames that one technique is used for apart.
+    pub fn key(&self) -> String {
+        format!(
+            "{} {} {}x{}x{}",
+            self.scene.name, self.view.name, self.width, self.height, self.spp
+        )
+    }
+
     /// Position in [0,1)² of a sub-pixel sample, the same in every pixel and for every contender:
     /// the R2 sequence, whose first member is the pixel's centre.
     pub fn sub_pixel(sample: u32) -> [f64; 2] {

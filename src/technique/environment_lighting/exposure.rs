@@ -12,13 +12,14 @@ const SEED: u64 = 0x6578_706f_7365;
 const SIDE: usize = 40;
 const SAMPLES: u32 = 64;
 
-/// Sets the scale so that the surfaces of the frame have this mean luminance, as estimated at a grid
-/// of pixels; a dark frame keeps its scale. The cost is not charged to a contender.
-pub(super) fn expose(illumination: &mut Illumination, mean_luminance: f64) {
-    let mean = surface_luminance(illumination);
-    let scale = mean_luminance / mean;
+/// The factor that gives the surfaces of the frame this mean luminance, as estimated at a grid of
+/// pixels; 1 for a dark frame. The cost is not charged to a contender.
+pub(super) fn exposure(illumination: &Illumination, mean_luminance: f64) -> f32 {
+    let scale = mean_luminance / surface_luminance(illumination);
     if scale.is_finite() && scale > 0.0 {
-        illumination.scale *= scale as f32;
+        scale as f32
+    } else {
+        1.0
     }
 }
 

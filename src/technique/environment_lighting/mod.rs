@@ -13,6 +13,8 @@ mod rendering;
 mod replay;
 mod upsampling;
 
+use std::sync::{Mutex, PoisonError};
+
 use serde::{Deserialize, Serialize};
 
 use super::{Contender, Frame, Method, Rendered, ShadingFunction, Technique};
@@ -72,7 +74,10 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     build: |table| {
         let parameters: Parameters = registry::parameters(table)?;
         parameters.validate()?;
-        Ok(Box::new(EnvironmentLighting { parameters }))
+        Ok(Box::new(EnvironmentLighting {
+            parameters,
+            exposure: Mutex::default(),
+        }))
     },
     contenders: Contenders::EnvironmentSamplers,
     of_contenders: &[],
@@ -131,6 +136,8 @@ impl Parameters {
 /// The technique `environment-lighting`.
 struct EnvironmentLighting {
     parameters: Parameters,
+    /// The exposure of the frame that was looked at last.
+    exposure: Mutex<Option<(String, f32)>>,
 }
 
 /// Keys the random numbers of the reference.
@@ -141,9 +148,22 @@ impl EnvironmentLighting {
     fn illumination<'a>(&self, frame: &'a Frame<'a>) -> Option<Illumination<'a>> {
         let mut illumination = Illumination::new(frame)?;
         if self.parameters.mean_luminance > 0.0 {
-            exposure::expose(&mut illumination, self.parameters.mean_luminance);
+            illumination.scale = self.exposure(&illumination);
         }
         Some(illumination)
+    }
+
+    fn exposure(&self, illumination: &Illumination) -> f32 {
+        let key = illumination.frame.key();
+        let mut kept = self.exposure.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of, scale)) = kept.as_ref()
+            && *of == key
+        {
+            return *scale;
+        }
+        let scale = exposure::exposure(illumination, self.parameters.mean_luminance);
+        *kept = Some((key, scale));
+        scale
     }
 
     fn prepare<'a>(

@@ -166,10 +166,7 @@ impl IrradianceCaching {
 
     /// Emission and direct light: the same estimate, pass by pass, as in the reference.
     fn direct_layer(&self, frame: &Frame, counter: &RayCounter) -> Arc<Image> {
-        let key = format!(
-            "{} {} {}x{}x{}",
-            frame.scene.name, frame.view.name, frame.width, frame.height, frame.spp
-        );
+        let key = frame.key();
         let mut kept = self.direct.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((of, image)) = kept.as_ref()
             && *of == key
