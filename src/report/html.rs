@@ -14,7 +14,7 @@ use super::figure::Drawn;
 use super::number;
 use super::table::Table;
 use super::table_kinds;
-use crate::experiment::Job;
+use crate::experiment::{Budget, Job};
 
 const TEMPLATE: &str = include_str!("report.html");
 
@@ -158,18 +158,22 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
         .collect()
 }
 
-/// The budget of a scene's jobs, or its range.
+/// The budget of a scene's jobs, or its range; they are of one kind.
 fn budgets(jobs: &[&Job]) -> String {
-    let counts: Vec<u64> = jobs.iter().filter_map(|j| j.budget.count()).collect();
-    let mut ends: Vec<String> = match (counts.iter().min(), counts.iter().max()) {
-        (Some(least), Some(most)) => [least, most].map(|n| number::count(*n)).into(),
-        _ => [jobs.first(), jobs.last()]
-            .iter()
-            .filter_map(|job| job.map(|j| j.budget.to_string()))
-            .collect(),
+    let told = |budget: Budget| match budget {
+        Budget::Caches(count) => (count as f64, number::count(count), "records"),
+        Budget::Lights(count) => (count as f64, number::count(count), "rays a point"),
+        Budget::Seconds(seconds) => (seconds, seconds.to_string(), "s"),
     };
-    ends.dedup();
-    ends.join(" to ")
+    let mut all: Vec<(f64, String, &str)> = jobs.iter().map(|job| told(job.budget)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match (all.first(), all.last()) {
+        (Some(least), Some(most)) if least.0 < most.0 => {
+            format!("{} to {} {}", least.1, most.1, most.2)
+        }
+        (Some(only), _) => format!("{} {}", only.1, only.2),
+        _ => String::new(),
+    }
 }
 
 /// Keys and values of `provenance.json`; lists are joined, times are made readable.

@@ -25,6 +25,7 @@ mod plot;
 mod published;
 mod ranking;
 mod side_by_side;
+mod stage_table;
 mod suite;
 mod summary;
 mod table;

@@ -6,6 +6,7 @@ use super::equal_cost::equal_cost;
 use super::escape;
 use super::estimate::{Estimate, Standing, ranks, standings};
 use super::number::Style;
+use super::stage_table::stages;
 use super::table::{Block, Cell, Group, Line, Record, Table};
 use crate::experiment::{TableKind, TableSpec};
 
@@ -101,7 +102,7 @@ impl Metric {
 }
 
 /// One style for several columns that are compared with one another.
-fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
+pub(super) fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
     let mut values = Vec::new();
     for scene in &data.scenes {
         for point in &data.points {
@@ -126,7 +127,7 @@ fn case<'a>(scene: &'a SceneOf, label: &'a str, point: &'a SweepPoint) -> Case<'
 }
 
 /// The estimates of all methods in one column, with their standings; recorded for the CSV.
-fn column_of(
+pub(super) fn column_of(
     data: &Data,
     (scene, point): (&SceneOf, &SweepPoint),
     column: &Column,
@@ -157,7 +158,8 @@ fn column_of(
     estimates.into_iter().zip(marks).collect()
 }
 
-fn ours(estimate: Option<&Estimate>, standing: Standing, style: &Style) -> Cell {
+/// A number of ours.
+pub(super) fn ours(estimate: Option<&Estimate>, standing: Standing, style: &Style) -> Cell {
     estimate.map_or_else(Cell::empty, |e| Cell {
         text: style.estimate(e),
         standing,
@@ -165,7 +167,8 @@ fn ours(estimate: Option<&Estimate>, standing: Standing, style: &Style) -> Cell 
     })
 }
 
-fn theirs(value: Option<f64>, style: &Style) -> Cell {
+/// A number of the paper.
+pub(super) fn theirs(value: Option<f64>, style: &Style) -> Cell {
     Cell {
         published: true,
         ..value.map_or_else(Cell::empty, |v| Cell {
@@ -355,88 +358,8 @@ fn sweep(data: &Data, spec: &TableSpec) -> Table {
     table
 }
 
-/// One line a stage, columns scene × method.
-fn stages(data: &Data, spec: &TableSpec) -> Table {
-    let mut keys: Vec<String> = stage_order(data)
-        .iter()
-        .map(|s| format!("seconds_{s}"))
-        .collect();
-    keys.push("seconds_total".into());
-    let style = style_of(data, &keys, Unit::Seconds);
-    let mut table = start(spec, "Stage");
-    let heading = |key: &str| match key {
-        "seconds_total" => format!("total, {}", style.unit),
-        _ => format!("{}, {}", Column::of(key).heading, style.unit),
-    };
-    let mut lines: Vec<Line> = keys
-        .iter()
-        .map(|key| Line {
-            heading: heading(key),
-            cells: Vec::new(),
-        })
-        .collect();
-    for scene in &data.scenes {
-        for point in &data.points {
-            let beside: Vec<bool> = data
-                .labels
-                .iter()
-                .map(|l| {
-                    keys.iter()
-                        .any(|k| data.published(scene, (l, point), k).is_some())
-                })
-                .collect();
-            let mut group = Group {
-                heading: [scene.title(), point.text()].join(" ").trim().to_owned(),
-                columns: Vec::new(),
-            };
-            for (label, beside) in data.labels.iter().zip(&beside) {
-                group.columns.push(label.clone());
-                group.columns.extend(beside.then(|| "paper".to_owned()));
-            }
-            for (line, key) in lines.iter_mut().zip(&keys) {
-                let column = Column {
-                    lower_is_better: None,
-                    ..Column::of(key)
-                };
-                let found = column_of(data, (scene, point), &column, &mut table.records);
-                for ((label, beside), (estimate, standing)) in
-                    data.labels.iter().zip(&beside).zip(found)
-                {
-                    line.cells.push(ours(estimate.as_ref(), standing, &style));
-                    let value = data.published(scene, (label, point), key);
-                    line.cells.extend(beside.then(|| theirs(value, &style)));
-                }
-            }
-            table.groups.push(group);
-        }
-    }
-    table.blocks.push(Block {
-        heading: String::new(),
-        lines,
-    });
-    notes(data, &mut table);
-    table
-}
-
-/// The stages of all rows; one that only some rows have stands after its predecessor there.
-fn stage_order(data: &Data) -> Vec<String> {
-    let mut order: Vec<String> = Vec::new();
-    for row in data.rows.iter().filter(|r| r.ok()) {
-        let mut next = 0;
-        for stage in row.seconds.keys() {
-            match order.iter().position(|s| s == stage) {
-                Some(at) => next = at + 1,
-                None => {
-                    order.insert(next, stage.clone());
-                    next += 1;
-                }
-            }
-        }
-    }
-    order
-}
-
-fn start(spec: &TableSpec, corner: &str) -> Table {
+/// A table without lines.
+pub(super) fn start(spec: &TableSpec, corner: &str) -> Table {
     Table {
         file: escape::file_name(&spec.name),
         title: if spec.title.is_empty() {
@@ -460,7 +383,7 @@ fn lines_of(labels: &[String]) -> Vec<Line> {
 }
 
 /// How to read the numbers: what is in the table decides what is said.
-fn notes(data: &Data, table: &mut Table) {
+pub(super) fn notes(data: &Data, table: &mut Table) {
     let cells: Vec<&Cell> = table
         .blocks
         .iter()
