@@ -139,7 +139,8 @@ impl HemisphereEdges {
     }
 }
 
-fn is_set(bits: &[u64], i: usize) -> bool {
+/// Bit `i` of a mask with one bit a direction, as bundles of rays answer.
+pub fn is_set(bits: &[u64], i: usize) -> bool {
     bits[i / 64] >> (i % 64) & 1 == 1
 }
 

@@ -6,6 +6,6 @@ mod hemisphere;
 mod rng;
 
 pub use additive::additive;
-pub use edges::HemisphereEdges;
+pub use edges::{HemisphereEdges, is_set};
 pub use hemisphere::{Frame, equal_area_hemisphere, square_to_hemisphere};
 pub use rng::{Rng, hash};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::sample::{Frame as LocalFrame, HemisphereEdges};
+use crate::sample::{Frame as LocalFrame, HemisphereEdges, is_set};
 use crate::technique::Site;
 use crate::trace::{Caster, Hit, offset_origin};
 
@@ -60,7 +60,7 @@ impl Gatherer<'_> {
         caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
         let mut open = 0.0;
         for (i, local) in self.directions.iter().enumerate() {
-            if scratch.occluded[i / 64] >> (i % 64) & 1 == 0 {
+            if !is_set(&scratch.occluded, i) {
                 open += local.z;
             }
         }
@@ -80,8 +80,8 @@ impl Gatherer<'_> {
         caster.occluded_bundle(origin, &scratch.world, self.distance, &mut scratch.occluded);
         let mut bent = Vec3::ZERO;
         for (i, local) in self.directions.iter().enumerate() {
-            let blocked = scratch.occluded[i / 64] >> (i % 64) & 1;
-            bent += *local * (1.0 - blocked as f32);
+            let open = !is_set(&scratch.occluded, i);
+            bent += *local * f32::from(u8::from(open));
         }
         let bent = bent * (2.0 / count as f32);
         self.measure_outline(caster, (origin, edges), scratch);
