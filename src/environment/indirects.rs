@@ -79,33 +79,41 @@ pub(super) fn indirects(
     count: usize,
     weights: Weights,
 ) -> Vec<Light> {
-    cut(&mut leaves, count, weights)
+    cut(&mut leaves, count, (weights, 1))
         .into_iter()
         .filter_map(|run| light(texels, &leaves[run]))
         .collect()
 }
 
-/// At most `count` runs of the leaves, which are put in order for it: a cut through their tree.
-pub(super) fn cut(leaves: &mut [Leaf], count: usize, weights: Weights) -> Vec<Range<usize>> {
+/// At most `count` runs of the leaves, which are put in order for it: a cut through their tree. Each
+/// round splits the best `at_once` nodes: 1 in the paper, more where that would take long.
+pub(super) fn cut(
+    leaves: &mut [Leaf],
+    count: usize,
+    (weights, at_once): (Weights, usize),
+) -> Vec<Range<usize>> {
     if leaves.is_empty() || count == 0 {
         return Vec::new();
     }
     let mut cut = vec![Node::new(leaves, 0, leaves.len())];
     while cut.len() < count {
-        let Some(chosen) = choose(&cut, weights) else {
+        let chosen = choose(&cut, weights, at_once.min(count - cut.len()));
+        if chosen.is_empty() {
             break;
-        };
-        let Node { first, end, .. } = cut[chosen];
-        let middle = first + divide(&mut leaves[first..end]);
-        cut[chosen] = Node::new(leaves, first, middle);
-        cut.push(Node::new(leaves, middle, end));
+        }
+        for index in chosen {
+            let Node { first, end, .. } = cut[index];
+            let middle = first + divide(&mut leaves[first..end]);
+            cut[index] = Node::new(leaves, first, middle);
+            cut.push(Node::new(leaves, middle, end));
+        }
     }
     cut.iter().map(|node| node.first..node.end).collect()
 }
 
-/// The node that splits with the largest objective; each term is divided by its largest value among
-/// those nodes. `None` when no node splits.
-fn choose(cut: &[Node], weights: Weights) -> Option<usize> {
+/// The nodes, at most `most`, that split with the largest objective; each term is divided by its largest
+/// value among those that split.
+fn choose(cut: &[Node], weights: Weights, most: usize) -> Vec<usize> {
     let candidates = || cut.iter().enumerate().filter(|(_, node)| node.splits());
     let largest = |term: fn(&Node) -> f64| {
         let value = candidates().map(|(_, n)| term(n)).fold(0.0, f64::max);
@@ -114,15 +122,20 @@ fn choose(cut: &[Node], weights: Weights) -> Option<usize> {
     let by_variance = weights.variance * largest(|n| n.variance);
     let by_extent = weights.extent * largest(|n| n.extent_rad);
     let by_energy = weights.energy * largest(|n| n.energy);
-    let mut best: Option<(usize, f64)> = None;
-    for (index, node) in candidates() {
-        let objective =
-            by_variance * node.variance + by_extent * node.extent_rad + by_energy * node.energy;
-        if best.is_none_or(|(_, most)| objective > most) {
-            best = Some((index, objective));
-        }
+    let objective = |node: &Node| {
+        by_variance * node.variance + by_extent * node.extent_rad + by_energy * node.energy
+    };
+    // Of equal ones the first.
+    let before = |a: &(f64, usize), b: &(f64, usize)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+    let mut chosen: Vec<(f64, usize)> = candidates()
+        .map(|(index, node)| (objective(node), index))
+        .collect();
+    if chosen.len() > most {
+        chosen.select_nth_unstable_by(most, before);
+        chosen.truncate(most);
     }
-    best.map(|(index, _)| index)
+    chosen.sort_unstable_by(before);
+    chosen.into_iter().map(|(_, index)| index).collect()
 }
 
 /// Orders leaves by the axis in which they spread most, and returns where the upper half begins.

@@ -1,7 +1,7 @@
 //! Product-ratio sampling, our own method: shadow rays by the product of light and scattering at
 //! every shading point, and a filtered ratio of shadowed to unshadowed light.
 //!
-//! The map becomes several hundred lights, emissive ones (E) and others (I), each with 32 directions
+//! The map becomes two thousand lights, emissive ones (E) and others (I), each with 16 directions
 //! drawn from its texels in advance. At a point every light has an unshadowed contribution c_j; U_E and
 //! U_I are their sums. K points of equal distance along the list of lights, weighted by c_j, choose lights
 //! (one number a pixel, which differs much among neighbours); a shadow ray goes in one of each light's
@@ -13,9 +13,11 @@
 //! Where the pixels' own ratios in the filter's window vary more than samples of one ratio would, there
 //! is a shadow edge, and a pixel keeps so much of its own ratio (as the filter of Lee 1980).
 //!
-//! What makes it fast: eight lights at a time in loops over arrays; chunks of eight neighbouring lights
-//! looked at as one, and taken apart only where they make a highlight; the diffuse part of U from a table
-//! of the irradiance by normal; rays in the order of the list, cast together when they are many.
+//! What makes it fast: eight lights at a time in loops over arrays; 64 neighbouring lights looked at as one,
+//! and taken apart, into eight and then into lights, only where a highlight is sharper than they are spread
+//! (what a chosen light brings has its own cosine nevertheless);
+//! the diffuse part of U from a table of the irradiance by normal; rays in the order of the list, cast
+//! together when they are many.
 
 use serde::{Deserialize, Serialize};
 
@@ -50,12 +52,12 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
             "mirror reflections of smooth coatings are left out, as by all light sets",
         ],
         parameters: &[
-            parameter(["lights", "512"], ["", "J: lights of the map"]),
+            parameter(["lights", "2048"], ["", "J: lights of the map"]),
             parameter(
-                ["detail", "0.001"],
+                ["detail", "0.0003"],
                 [
                     "",
-                    "share of all light from which the highlight of eight neighbouring lights is made one by one",
+                    "share of all light that neighbouring lights, as one, may take from a highlight by their spread before they are taken apart",
                 ],
             ),
             parameter(
@@ -128,7 +130,8 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
 pub struct ProductRatio {
     /// J.
     pub lights: usize,
-    /// Share of all light from which chunks of lights are taken apart for their highlight.
+    /// Share of all light that a highlight may lose to the spread of a chunk of lights before the chunk
+    /// is taken apart.
     pub detail: f32,
     /// Random part of the numbers that choose lights, in [0, 1].
     pub jitter: f32,
@@ -155,8 +158,8 @@ pub struct ProductRatio {
 impl Default for ProductRatio {
     fn default() -> Self {
         Self {
-            lights: 512,
-            detail: 0.001,
+            lights: 2048,
+            detail: 3e-4,
             jitter: 0.0,
             bundle: 24,
             direct_reach: 2,

@@ -1,4 +1,4 @@
-//! A map as several hundred lights that keep their texels: strata for sampling it.
+//! A map as up to thousands of lights that keep their texels: strata for sampling it.
 //!
 //! The texels are those of the decomposition, emissive ones first and none excluded; in each group
 //! neighbouring lights follow each other (k-d order of their directions), so that equal steps along
@@ -19,9 +19,9 @@ use super::texels::{Cluster, Texels, angle_rad};
 use super::{Environment, Light, LightKind, LightSet};
 
 /// Lights are padded with black ones to a multiple of this in both groups.
-pub const BLOCK: usize = 64;
+pub const BLOCK: usize = 512;
 /// Directions that are drawn from every light in advance, a power of two.
-pub const DRAWS: usize = 32;
+pub const DRAWS: usize = 16;
 
 /// Lights in arrays, world space; emissive ones (group 0) before the others (group 1).
 #[derive(Clone, Debug, Default)]
@@ -66,6 +66,8 @@ const WEIGHTS: Weights = Weights {
     energy: 1.0,
 };
 const LEAVES: usize = 8192;
+/// Rounds of the cut, about.
+const ROUNDS: usize = 64;
 const MASKING: f64 = 0.15;
 /// No light: black texels.
 pub(super) const NONE: u32 = u32::MAX;
@@ -224,7 +226,8 @@ impl Groups {
             }
         }
         let mut rest = leaves(texels, LEAVES, (&masked, classes.origin));
-        let runs = cut(&mut rest, count.saturating_sub(direct), WEIGHTS);
+        let at_once = count.div_ceil(ROUNDS);
+        let runs = cut(&mut rest, count.saturating_sub(direct), (WEIGHTS, at_once));
         Self {
             emissive: classes.emissive,
             cells: found.labels,

@@ -14,8 +14,10 @@ use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{SceneDescription, find_environment, find_scene};
 use crate::technique::{Method, Technique};
 
-/// Changes whenever the same job would give another result, so that older results are not reused.
-const FORMAT: u32 = 1;
+/// Changes whenever the same job would give another reference, so that older ones are not reused.
+const REFERENCES: u32 = 1;
+/// Changes whenever the same job would give another result beside the same reference.
+const RESULTS: u32 = 2;
 /// What images of a given time count as in estimates, with those that the time is found by.
 const RAYS_PER_SECOND: f64 = 2e7;
 
@@ -425,7 +427,7 @@ impl Job {
         };
         let own = (!own.is_empty()).then(|| table(own));
         let shown = serde_json::json!([
-            FORMAT,
+            REFERENCES,
             scene,
             self.view,
             self.transform,
@@ -437,6 +439,7 @@ impl Job {
         ]);
         self.reference = hash(&shown.to_string());
         let mut done = vec![
+            serde_json::json!(RESULTS),
             serde_json::json!(self.reference),
             serde_json::json!(self.method),
             serde_json::json!(self.method_parameters),

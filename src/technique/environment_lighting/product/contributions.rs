@@ -1,32 +1,44 @@
 //! Unshadowed contributions of all lights at a shading point.
 //!
-//! Chunks of eight lights are looked at first, as if each were one light; where such a chunk makes a
-//! highlight, its lights take its place. A surface scatters by up to three terms, each a colour times a
-//! number a light: the loops work on the numbers of eight lights at once.
+//! Chunks of 64 neighbouring lights are looked at first, as if each were one light; where such a chunk
+//! makes a highlight, its eight parts take its place, and where one of these does, its lights. A surface
+//! scatters by up to three terms, each a colour times a number a light: the loops work on the numbers of
+//! eight lights at once.
 
 use glam::Vec3;
 
 use super::irradiance::Irradiance;
-use super::lights::{Chunk, LANES, Lane, LightArrays, larger};
+use super::lights::{Chunk, LANES, LEVELS, Lane, LightArrays, larger};
 use super::terms::{Numbers, Terms};
+
+/// The uppermost level of chunks.
+const TOP: usize = LEVELS - 1;
 
 /// Contributions at one point; reused from point to point.
 #[derive(Default)]
 pub(super) struct Contributions {
-    /// Of the parents: each lane is a chunk.
-    parents: Vec<Numbers>,
-    /// Σ c_j of every chunk.
+    /// Of the chunks of the uppermost level.
+    top: Vec<Numbers>,
+    /// Σ c_j of every lane of the uppermost level.
     weights: Vec<f32>,
     /// Running sums of the weights.
     pub running: Vec<f32>,
-    /// The place of a chunk's own numbers in `refined`, or [`NONE`].
-    own: Vec<u32>,
-    refined: Vec<(Numbers, Lane)>,
+    /// Chunks of the lower levels that are looked at themselves.
+    opened: [Vec<Opened>; TOP],
+    /// The place of a chunk in `opened`, or [`NONE`].
+    own: [Vec<u32>; TOP],
     /// U of both groups.
     pub unshadowed: [Vec3; 2],
     colours: [Vec3; 3],
     luminances: [[f32; 3]; 3],
     count: usize,
+}
+
+struct Opened {
+    chunk: usize,
+    numbers: Numbers,
+    /// Σ c_j of every lane.
+    weights: Lane,
 }
 
 const NONE: u32 = u32::MAX;
@@ -35,9 +47,19 @@ const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 /// Which lights are looked at one by one.
 #[derive(Clone, Copy)]
 pub(super) enum Detail {
-    /// Those of chunks whose highlight has this share of all light.
+    /// Those of chunks whose spread takes this share of all light, or more, from a highlight.
     Highlights(f32),
     All,
+}
+
+/// Which chunks are opened.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Least weight.
+    weight: f32,
+    /// The first term of a highlight and the squared roughness, by which what the lights' spread takes
+    /// from the highlight must reach the least weight; `None` asks for none.
+    gloss: Option<(usize, f32)>,
 }
 
 /// Power of a term by group and channel.
@@ -55,8 +77,8 @@ impl Contributions {
         self.luminances = terms
             .colours
             .map(|colour| [0, 1, 2].map(|c| LUMINANCE[c] * colour[c]));
-        self.look_at_chunks(lights, terms);
-        self.refine(lights, terms, detail);
+        self.look_at_top(lights, terms);
+        self.open(lights, terms, detail);
         let mut running = 0.0;
         self.running.clear();
         self.running.extend(self.weights.iter().map(|weight| {
@@ -66,13 +88,18 @@ impl Contributions {
         self.sum_up(lights, irradiance, terms);
     }
 
-    fn look_at_chunks(&mut self, lights: &LightArrays, terms: &Terms) {
-        self.parents.clear();
+    fn look_at_top(&mut self, lights: &LightArrays, terms: &Terms) {
+        self.top.clear();
         self.weights.clear();
-        for parent in &lights.parents {
-            let numbers = terms.numbers(parent);
-            self.weights.extend(self.weights_of(parent, &numbers));
-            self.parents.push(numbers);
+        for chunk in &lights.levels[TOP] {
+            let numbers = terms.numbers(chunk);
+            self.weights.extend(self.weights_of(chunk, &numbers));
+            self.top.push(numbers);
+        }
+        for level in 0..TOP {
+            self.opened[level].clear();
+            self.own[level].clear();
+            self.own[level].resize(lights.levels[level].len(), NONE);
         }
     }
 
@@ -82,11 +109,7 @@ impl Contributions {
     fn weights_of(&self, chunk: &Chunk, numbers: &Numbers) -> Lane {
         let mut weight = [0.0f32; LANES];
         for k in 0..self.count {
-            let own = if k == 0 {
-                &numbers.wide
-            } else {
-                &numbers.terms[k]
-            };
+            let own = numbers.choosing(k);
             let [y_r, y_g, y_b] = self.luminances[k];
             let [r, g, b] = &chunk.power;
             for i in 0..LANES {
@@ -99,40 +122,79 @@ impl Contributions {
         weight
     }
 
-    /// Replaces chunks by their lights.
-    fn refine(&mut self, lights: &LightArrays, terms: &Terms, detail: Detail) {
-        self.refined.clear();
-        self.own.clear();
-        self.own.resize(self.weights.len(), NONE);
-        let least = match detail {
-            Detail::All => 0.0,
-            Detail::Highlights(_) if terms.gloss_term().is_none() => return,
-            Detail::Highlights(share) => share * self.weights.iter().sum::<f32>(),
-        };
+    /// Replaces chunks by their parts, level by level.
+    fn open(&mut self, lights: &LightArrays, terms: &Terms, detail: Detail) {
         let gloss = terms.gloss_term();
-        for chunk in 0..self.weights.len() {
-            let (parent, lane) = (chunk / LANES, chunk % LANES);
-            if self.weights[chunk] <= least {
-                continue;
+        let limits = match detail {
+            Detail::All => Limits {
+                weight: 0.0,
+                gloss: None,
+            },
+            Detail::Highlights(_) if gloss.is_none() => return,
+            Detail::Highlights(share) => Limits {
+                weight: share * self.weights.iter().sum::<f32>(),
+                gloss,
+            },
+        };
+        for at in 0..self.weights.len() {
+            let (chunk, lane) = (at / LANES, at % LANES);
+            let whole = (&lights.levels[TOP][chunk], &self.top[chunk]);
+            if self.reaches(limits, (whole, lane), self.weights[at]) {
+                self.weights[at] = self.open_chunk((lights, terms), (TOP - 1, at), limits);
             }
-            if let (Some(first), Detail::Highlights(_)) = (gloss, detail) {
-                let mut highlight = 0.0;
-                let [r, g, b] = &lights.parents[parent].power;
-                for k in first..self.count {
-                    let [y_r, y_g, y_b] = self.luminances[k];
-                    let y = y_r * r[lane] + y_g * g[lane] + y_b * b[lane];
-                    highlight += y * self.parents[parent].terms[k][lane];
-                }
-                if highlight <= least {
-                    continue;
-                }
-            }
-            let numbers = terms.numbers(&lights.chunks[chunk]);
-            let weights = self.weights_of(&lights.chunks[chunk], &numbers);
-            self.weights[chunk] = sum(&weights);
-            self.own[chunk] = self.refined.len() as u32;
-            self.refined.push((numbers, weights));
         }
+    }
+
+    /// Looks at the lanes of a chunk, and at the parts of those that are worth it. The sum of their weights.
+    fn open_chunk(
+        &mut self,
+        (lights, terms): (&LightArrays, &Terms),
+        (level, at): (usize, usize),
+        limits: Limits,
+    ) -> f32 {
+        let chunk = &lights.levels[level][at];
+        let numbers = terms.numbers(chunk);
+        let mut weights = self.weights_of(chunk, &numbers);
+        if level > 0 {
+            for lane in 0..LANES {
+                if self.reaches(limits, ((chunk, &numbers), lane), weights[lane]) {
+                    let part = (level - 1, at * LANES + lane);
+                    weights[lane] = self.open_chunk((lights, terms), part, limits);
+                }
+            }
+        }
+        self.own[level][at] = self.opened[level].len() as u32;
+        self.opened[level].push(Opened {
+            chunk: at,
+            numbers,
+            weights,
+        });
+        sum(&weights)
+    }
+
+    /// Whether a lane of a chunk, of this weight, is to be replaced by its parts.
+    #[inline(always)]
+    fn reaches(
+        &self,
+        limits: Limits,
+        ((chunk, numbers), lane): ((&Chunk, &Numbers), usize),
+        weight: f32,
+    ) -> bool {
+        if weight <= limits.weight {
+            return false;
+        }
+        let Some((first, alpha2)) = limits.gloss else {
+            return true;
+        };
+        let [r, g, b] = &chunk.power;
+        let mut highlight = 0.0;
+        for k in first..self.count {
+            let [y_r, y_g, y_b] = self.luminances[k];
+            let y = y_r * r[lane] + y_g * g[lane] + y_b * b[lane];
+            highlight += y * numbers.terms[k][lane];
+        }
+        let width = chunk.widening[lane];
+        highlight * width > limits.weight * (alpha2 + width)
     }
 
     /// U of both groups.
@@ -141,18 +203,22 @@ impl Contributions {
         // What is diffuse alone follows from the irradiance.
         if self.count > 1 || terms.coated() {
             let shown = (self.count, terms.coated());
-            for (index, (parent, numbers)) in lights.parents.iter().zip(&self.parents).enumerate() {
-                let group = usize::from(index >= lights.indirect);
-                let mut kept = [0.0; LANES];
-                for (kept, own) in kept.iter_mut().zip(&self.own[index * LANES..]) {
-                    *kept = f32::from(u8::from(*own == NONE));
-                }
-                add(&mut sums, (group, shown), (parent, numbers), &kept);
+            for (index, numbers) in self.top.iter().enumerate() {
+                let (group, kept) = (lights.group(TOP, index), self.kept(TOP, index));
+                let pair = (&lights.levels[TOP][index], numbers);
+                add(&mut sums, (group, shown), pair, &kept);
             }
-            for (chunk, &own) in self.own.iter().enumerate().filter(|(_, o)| **o != NONE) {
-                let group = usize::from(chunk >= lights.indirect * LANES);
-                let pair = (&lights.chunks[chunk], &self.refined[own as usize].0);
-                add(&mut sums, (group, shown), pair, &[1.0; LANES]);
+            for (level, opened) in self.opened.iter().enumerate() {
+                for own in opened {
+                    let group = lights.group(level, own.chunk);
+                    let pair = (&lights.levels[level][own.chunk], &own.numbers);
+                    add(
+                        &mut sums,
+                        (group, shown),
+                        pair,
+                        &self.kept(level, own.chunk),
+                    );
+                }
             }
         }
         let exact = match terms.diffuse_term() {
@@ -178,50 +244,71 @@ impl Contributions {
         }
     }
 
+    /// 1 for the lanes of a chunk that their parts do not replace, 0 for the others.
+    fn kept(&self, level: usize, chunk: usize) -> Lane {
+        if level == 0 {
+            return [1.0; LANES];
+        }
+        let parts = &self.own[level - 1][chunk * LANES..][..LANES];
+        std::array::from_fn(|i| f32::from(u8::from(parts[i] == NONE)))
+    }
+
     /// Σ c_j.
     pub fn total(&self) -> f32 {
         self.running.last().copied().unwrap_or(0.0)
     }
 
-    /// c_j of a chunk's lights.
-    pub fn weights(&self, lights: &LightArrays, chunk: usize) -> Lane {
-        match self.own[chunk] {
-            NONE => {
-                let numbers = &self.parents[chunk / LANES];
-                let mut factor = [0.0f32; 3];
-                for k in 0..self.count {
-                    let own = if k == 0 {
-                        &numbers.wide
-                    } else {
-                        &numbers.terms[k]
-                    };
-                    for (factor, y) in factor.iter_mut().zip(&self.luminances[k]) {
-                        *factor += y * own[chunk % LANES];
-                    }
-                }
-                let [r, g, b] = &lights.chunks[chunk].power;
-                let mut weights = [0.0f32; LANES];
-                for i in 0..LANES {
-                    let weight = factor[0] * r[i] + factor[1] * g[i] + factor[2] * b[i];
-                    weights[i] = larger(weight, 0.0);
-                }
-                weights
+    /// Σ c_j of the lanes of a chunk of a lower level; c_j of lights at level 0.
+    pub fn weights(&self, lights: &LightArrays, level: usize, chunk: usize) -> Lane {
+        if let Some(own) = self.opened[level].get(self.own[level][chunk] as usize) {
+            return own.weights;
+        }
+        let (numbers, lane) = self.above(level, chunk);
+        let mut factor = [0.0f32; 3];
+        for k in 0..self.count {
+            let own = numbers.choosing(k)[lane];
+            for (factor, y) in factor.iter_mut().zip(&self.luminances[k]) {
+                *factor += y * own;
             }
-            own => self.refined[own as usize].1,
+        }
+        let [r, g, b] = &lights.levels[level][chunk].power;
+        let mut weights = [0.0f32; LANES];
+        for i in 0..LANES {
+            let weight = factor[0] * r[i] + factor[1] * g[i] + factor[2] * b[i];
+            weights[i] = larger(weight, 0.0);
+        }
+        weights
+    }
+
+    /// The numbers of the lane that stands for a chunk.
+    fn above(&self, level: usize, chunk: usize) -> (&Numbers, usize) {
+        let (parent, lane) = (chunk / LANES, chunk % LANES);
+        if level + 1 == TOP {
+            return (&self.top[parent], lane);
+        }
+        match self.opened[level + 1].get(self.own[level + 1][parent] as usize) {
+            Some(own) => (&own.numbers, lane),
+            None => self.above(level + 1, parent),
         }
     }
 
-    /// The unshadowed contribution of a light.
-    pub fn contribution(&self, lights: &LightArrays, light: usize) -> Vec3 {
+    /// The unshadowed contribution of a light, its cosine not that of its chunk.
+    pub fn contribution(&self, lights: &LightArrays, terms: &Terms, light: usize) -> Vec3 {
         let (chunk, i) = (light / LANES, light % LANES);
-        let (numbers, lane) = match self.own[chunk] {
-            NONE => (&self.parents[chunk / LANES], chunk % LANES),
-            own => (&self.refined[own as usize].0, i),
+        let (numbers, lane) = match self.opened[0].get(self.own[0][chunk] as usize) {
+            Some(own) => (&own.numbers, i),
+            None => self.above(0, chunk),
         };
-        let power = Vec3::from([0, 1, 2].map(|c| lights.chunks[chunk].power[c][i]));
-        let scattered: Vec3 = (0..self.count)
+        let own = &lights.levels[0][chunk];
+        let power = Vec3::from([0, 1, 2].map(|c| own.power[c][i]));
+        let mut scattered: Vec3 = (0..self.count)
             .map(|k| self.colours[k] * numbers.terms[k][lane])
             .sum();
+        if terms.diffuse_term() {
+            let (first, cosine) = (numbers.terms[0][lane], numbers.cosines[lane]);
+            let through = if cosine > 0.0 { first / cosine } else { 0.0 };
+            scattered += self.colours[0] * (through * own.cosine(i, terms.normal) - first);
+        }
         (scattered * power).max(Vec3::ZERO)
     }
 }

@@ -11,6 +11,7 @@ use super::numbers::PixelNumbers;
 use super::selection::{Chosen, systematic};
 use super::terms::Terms;
 use crate::environment::{DRAWS, TexelLights};
+use crate::sample::is_set;
 use crate::shade::Interaction;
 use crate::technique::Seen;
 use crate::technique::environment_lighting::illumination::Illumination;
@@ -102,8 +103,7 @@ impl Gather<'_> {
             };
             return (gathered, None);
         }
-        let normal = surface.facing_shading_normal();
-        self.aim(normal, scratch);
+        self.aim(&terms, scratch);
         let (shadowed, sampled) = self.cast(caster, surface, scratch);
         let gathered = Gathered {
             plain: Vec3::ZERO,
@@ -112,7 +112,7 @@ impl Gather<'_> {
         };
         let site = Site {
             object: surface.shape,
-            normal,
+            normal: terms.normal,
             position: surface.position,
             depth: seen.depth,
             shadowed,
@@ -122,16 +122,16 @@ impl Gather<'_> {
     }
 
     /// Directions and light of the chosen lights' rays above the surface.
-    fn aim(&self, normal: Vec3, scratch: &mut Scratch) {
+    fn aim(&self, terms: &Terms, scratch: &mut Scratch) {
         let contributions = &scratch.contributions;
         let share = contributions.total() / self.rays as f32;
         scratch.directions.clear();
         scratch.brought.clear();
         for choice in &scratch.chosen {
-            let contribution = contributions.contribution(self.arrays, choice.light);
+            let contribution = contributions.contribution(self.arrays, terms, choice.light);
             let draw = (choice.within * DRAWS as f32) as usize;
             let direction = self.lights.draws[choice.light * DRAWS + draw];
-            if contribution == Vec3::ZERO || direction.dot(normal) <= 0.0 {
+            if contribution == Vec3::ZERO || direction.dot(terms.normal) <= 0.0 {
                 continue;
             }
             let group = usize::from(choice.light >= self.lights.groups[1].start);
@@ -170,7 +170,7 @@ impl Gather<'_> {
         for (i, (direction, (group, light))) in directions.iter().zip(brought).enumerate() {
             sampled[*group] += *light;
             let open = match together {
-                true => occluded[i / 64] >> (i % 64) & 1 == 0,
+                true => !is_set(occluded, i),
                 false => self.illumination.sees(caster, surface, *direction),
             };
             if open {

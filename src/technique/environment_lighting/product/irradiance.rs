@@ -44,8 +44,8 @@ impl Irradiance {
 
 fn exact(lights: &LightArrays, normal: Vec3) -> [Vec3; 2] {
     let mut sums = [[[0.0f32; LANES]; 3]; 2];
-    for (index, chunk) in lights.chunks.iter().enumerate() {
-        let group = usize::from(index >= lights.indirect * LANES);
+    for (index, chunk) in lights.levels[0].iter().enumerate() {
+        let group = lights.group(0, index);
         let [x, y, z] = &chunk.direction;
         let mut cos = [0.0; LANES];
         for i in 0..LANES {

@@ -1,5 +1,6 @@
-//! The lights of a map as arrays for the loops at every shading point, in two levels: eight
-//! neighbouring lights are a chunk, and eight chunks are the lanes of a parent, as if each were a light.
+//! The lights of a map as arrays for the loops at every shading point, in three levels: eight
+//! neighbouring lights are a chunk, and eight chunks are the lanes of a chunk of the next level, as if
+//! each were a light.
 
 use glam::Vec3;
 
@@ -11,12 +12,15 @@ pub(super) const LANES: usize = 8;
 /// One number of eight neighbouring lights.
 pub(super) type Lane = [f32; LANES];
 
+/// Levels of chunks.
+pub(super) const LEVELS: usize = 3;
+
 /// Lights, eight at a time.
 pub(super) struct LightArrays {
-    pub chunks: Vec<Chunk>,
-    /// Each lane is a chunk.
-    pub parents: Vec<Chunk>,
-    /// The first parent of the lights that are not emissive.
+    /// Chunks by level, those of the lights first: lane i of chunk n stands for chunk 8 n + i of the
+    /// level below.
+    pub levels: [Vec<Chunk>; LEVELS],
+    /// The first chunk of the uppermost level whose lights are not emissive.
     pub indirect: usize,
 }
 
@@ -75,6 +79,13 @@ impl Soft {
         }
         out
     }
+
+    /// The same for one lane.
+    fn positive_at(&self, lane: usize, cos: f32) -> f32 {
+        let e = self.half[lane];
+        let within = smaller(larger(cos + e, 0.0), e + e);
+        within * within * self.inverse[lane] + larger(cos - e, 0.0)
+    }
 }
 
 /// A light of either level.
@@ -119,6 +130,12 @@ impl One {
 }
 
 impl Chunk {
+    /// Mean positive cosine of one light's texels with a normal.
+    pub fn cosine(&self, lane: usize, normal: Vec3) -> f32 {
+        let direction = Vec3::from([0, 1, 2].map(|a| self.direction[a][lane]));
+        self.spread.positive_at(lane, normal.dot(direction)) * self.moment[lane]
+    }
+
     fn new(lights: &[One]) -> Self {
         let lane = |number: &dyn Fn(&One) -> f32| std::array::from_fn(|i| number(&lights[i]));
         // Variance of the direction, all axes.
@@ -145,11 +162,17 @@ impl LightArrays {
                 reach_rad: lights.reach_rad[i],
             })
             .collect();
-        let clusters: Vec<One> = ones.chunks_exact(LANES).map(One::of).collect();
+        let middle: Vec<One> = ones.chunks_exact(LANES).map(One::of).collect();
+        let upper: Vec<One> = middle.chunks_exact(LANES).map(One::of).collect();
+        let chunks = |ones: &[One]| ones.chunks_exact(LANES).map(Chunk::new).collect();
         Self {
-            chunks: ones.chunks_exact(LANES).map(Chunk::new).collect(),
-            parents: clusters.chunks_exact(LANES).map(Chunk::new).collect(),
+            levels: [chunks(&ones), chunks(&middle), chunks(&upper)],
             indirect: lights.groups[1].start / BLOCK,
         }
+    }
+
+    /// 0 for a chunk of emissive lights, 1 for one of the others.
+    pub fn group(&self, level: usize, chunk: usize) -> usize {
+        usize::from(chunk >= self.indirect * LANES.pow((LEVELS - 1 - level) as u32))
     }
 }

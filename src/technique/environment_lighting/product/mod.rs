@@ -10,6 +10,8 @@ mod lights;
 mod numbers;
 mod selection;
 mod terms;
+#[cfg(test)]
+mod tests;
 
 use glam::Vec3;
 

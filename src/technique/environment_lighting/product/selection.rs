@@ -1,7 +1,7 @@
 //! Systematic sampling of a list: points at equal distances along the running sum of its weights.
 
 use super::contributions::Contributions;
-use super::lights::{LANES, LightArrays};
+use super::lights::{LANES, Lane, LightArrays};
 
 /// A chosen light.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,34 +27,82 @@ pub(super) fn systematic(
         return;
     }
     let step = f64::from(total) / count as f64;
-    let running = &contributions.running;
-    let mut chunk = 0;
-    let mut weights = contributions.weights(lights, 0);
+    let mut places = Places::new(contributions, lights);
     for i in 0..count {
         let target = ((f64::from(u) + i as f64) * step) as f32;
-        let before = chunk;
-        while chunk + 1 < running.len() && running[chunk] <= target {
-            chunk += 1;
-        }
-        if chunk != before {
-            weights = contributions.weights(lights, chunk);
-        }
-        let mut sum = if chunk == 0 { 0.0 } else { running[chunk - 1] };
-        let mut last = None;
-        for (lane, &weight) in weights.iter().enumerate() {
-            if weight > 0.0 {
-                last = Some(Chosen {
-                    light: chunk * LANES + lane,
-                    within: ((target - sum) / weight).clamp(0.0, 1.0 - f32::EPSILON),
-                    weight,
-                });
-                if sum + weight > target {
-                    break;
-                }
-            }
-            sum += weight;
-        }
         // Rounding may leave a chunk without any positive weight: then the last positive one.
-        chosen.extend(last.or_else(|| chosen.last().copied()));
+        chosen.extend(places.at(target).or_else(|| chosen.last().copied()));
     }
+}
+
+/// Where points of growing distance lie along the list.
+struct Places<'a> {
+    contributions: &'a Contributions,
+    lights: &'a LightArrays,
+    /// The part of the list that the last point lay in, by lane of the uppermost level, and the
+    /// weights of its chunks.
+    part: usize,
+    parts: Lane,
+    /// The chunk of eight lights that the last point lay in, and their weights.
+    chunk: usize,
+    weights: Lane,
+}
+
+impl<'a> Places<'a> {
+    fn new(contributions: &'a Contributions, lights: &'a LightArrays) -> Self {
+        Self {
+            contributions,
+            lights,
+            part: 0,
+            parts: contributions.weights(lights, 1, 0),
+            chunk: 0,
+            weights: contributions.weights(lights, 0, 0),
+        }
+    }
+
+    fn at(&mut self, target: f32) -> Option<Chosen> {
+        let running = &self.contributions.running;
+        let before = self.part;
+        while self.part + 1 < running.len() && running[self.part] <= target {
+            self.part += 1;
+        }
+        if self.part != before {
+            self.parts = self.contributions.weights(self.lights, 1, self.part);
+        }
+        let start = if self.part == 0 {
+            0.0
+        } else {
+            running[self.part - 1]
+        };
+        let (lane, start) = lane_at(&self.parts, start, target)?;
+        let chunk = self.part * LANES + lane;
+        if chunk != self.chunk {
+            self.chunk = chunk;
+            self.weights = self.contributions.weights(self.lights, 0, chunk);
+        }
+        let (lane, start) = lane_at(&self.weights, start, target)?;
+        let weight = self.weights[lane];
+        Some(Chosen {
+            light: chunk * LANES + lane,
+            within: ((target - start) / weight).clamp(0.0, 1.0 - f32::EPSILON),
+            weight,
+        })
+    }
+}
+
+/// The lane in which a sum that begins at `start` passes the target, the last positive one at the latest,
+/// and where that lane begins.
+#[inline(always)]
+fn lane_at(weights: &Lane, start: f32, target: f32) -> Option<(usize, f32)> {
+    let (mut sum, mut found) = (start, None);
+    for (lane, &weight) in weights.iter().enumerate() {
+        if weight > 0.0 {
+            found = Some((lane, sum));
+            if sum + weight > target {
+                break;
+            }
+        }
+        sum += weight;
+    }
+    found
 }

@@ -20,6 +20,14 @@ pub(super) struct Numbers {
     pub cosines: Lane,
 }
 
+impl Numbers {
+    /// What lights are chosen by, in place of term k.
+    #[inline(always)]
+    pub fn choosing(&self, k: usize) -> &Lane {
+        if k == 0 { &self.wide } else { &self.terms[k] }
+    }
+}
+
 /// Scattering at one point, ready for many lights.
 #[derive(Clone, Copy)]
 pub(super) struct Terms {
@@ -106,9 +114,10 @@ impl Terms {
         self.transmission.is_some()
     }
 
-    /// The first term of a highlight.
-    pub fn gloss_term(&self) -> Option<usize> {
-        self.gloss.map(|g| usize::from(g.dielectric.is_some()))
+    /// The first term of a highlight, and the squared roughness of its facets.
+    pub fn gloss_term(&self) -> Option<(usize, f32)> {
+        let gloss = self.gloss?;
+        Some((usize::from(gloss.dielectric.is_some()), gloss.alpha2))
     }
 
     /// Numbers of eight lights.
