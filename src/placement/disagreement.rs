@@ -440,7 +440,10 @@ mod tests {
 
     /// What is known when the probes, all white fields, have these variances.
     fn known(points: &ShadingPoints, variance: impl Fn(usize) -> f32) -> Disagreement<'_> {
-        let white = |i: &u32| (*i as usize % points.width + *i as usize / points.width) % 2 == 0;
+        let white = |i: &u32| {
+            let (x, y) = (*i as usize % points.width, *i as usize / points.width);
+            (x + y).is_multiple_of(2)
+        };
         let probes: Vec<u32> = (0..points.len() as u32).filter(white).collect();
         let mut probe_of_pixel = vec![NO_POINT; points.len()];
         for (probe, &point) in probes.iter().enumerate() {

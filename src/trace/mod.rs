@@ -8,7 +8,9 @@
 //! `unsafe` is an unchecked index (which the standard library checks all the same in builds with
 //! debug assertions, as those of the tests), vector loads and stores, prefetches, and advice to
 //! the system (`crate::memory`). Checked besides with valgrind (interface and bundle tests, without a
-//! finding) and, for the smaller closed meshes, with Miri, which knows these instructions:
+//! finding), with AddressSanitizer (all tests of this module, without a finding:
+//! `RUSTFLAGS=-Zsanitizer=address cargo +nightly test --lib --target x86_64-unknown-linux-gnu trace::`)
+//! and, for the smaller closed meshes, with Miri, which knows these instructions:
 //! `RUSTFLAGS=-Ctarget-feature=+avx2,+fma,+bmi1,+bmi2,+lzcnt,+popcnt cargo +nightly miri test --lib
 //! trace::tests::watertight` with `MIRIFLAGS="-Zmiri-permissive-provenance -Zmiri-ignore-leaks
 //! -Zmiri-tree-borrows -Zmiri-deterministic-floats"` (the last because obvhs asserts that powers

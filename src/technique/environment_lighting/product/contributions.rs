@@ -156,10 +156,10 @@ impl Contributions {
         let numbers = terms.numbers(chunk);
         let mut weights = self.weights_of(chunk, &numbers);
         if level > 0 {
-            for lane in 0..LANES {
-                if self.reaches(limits, ((chunk, &numbers), lane), weights[lane]) {
+            for (lane, weight) in weights.iter_mut().enumerate() {
+                if self.reaches(limits, ((chunk, &numbers), lane), *weight) {
                     let part = (level - 1, at * LANES + lane);
-                    weights[lane] = self.open_chunk((lights, terms), part, limits);
+                    *weight = self.open_chunk((lights, terms), part, limits);
                 }
             }
         }
