@@ -14,6 +14,10 @@
 //! begins. Points are looked at, and may become records, in every second pixel (the white fields of a
 //! chessboard); only those that a new record reaches are predicted anew. It sees what the interpolation will get
 //! wrong, so it needs no threshold and no term of geometry. Everything but the first stage is deterministic.
+//!
+//! Importance caching interpolates no values: there the records' totals take the place of predictions. That helps
+//! where light changes smoothly and harms where few records see a light that others do not
+//! (`configs/own/importance.toml`), so that discontinuity-guided sampling stays the better choice.
 
 use serde::Deserialize;
 
