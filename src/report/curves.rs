@@ -11,6 +11,7 @@ use super::data::{Case, Data, SceneOf};
 use super::figure::{shows_method, shows_scene};
 use super::number::Style;
 use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
+use super::table_kinds::MOST_SCENES;
 use crate::experiment::FigureSpec;
 
 const PANEL: (u32, u32) = (600, 450);
@@ -63,7 +64,8 @@ pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>>
     Ok(files.map(|files| (files, caption.into())))
 }
 
-/// All panels, scene by scene, and the number of metrics.
+/// All panels, scene by scene, and the number of metrics; of many scenes, when the config names none, the
+/// mean alone.
 fn panels(data: &Data, spec: &FigureSpec) -> (usize, Vec<Panel>) {
     let x = spec.x.as_deref().unwrap_or("caches");
     let default = ["rmse".to_owned()];
@@ -72,10 +74,13 @@ fn panels(data: &Data, spec: &FigureSpec) -> (usize, Vec<Panel>) {
     } else {
         &spec.y
     };
-    let panels = data
-        .scenes
+    let scenes = data.scenes.iter().filter(|scene| shows_scene(spec, scene));
+    let mut scenes: Vec<SceneOf> = scenes.cloned().collect();
+    if spec.scenes.is_empty() && scenes.len() > MOST_SCENES {
+        scenes = vec![SceneOf::all()];
+    }
+    let panels = scenes
         .iter()
-        .filter(|scene| shows_scene(spec, scene))
         .flat_map(|scene| metrics.iter().map(move |y| (scene, y)))
         .map(|(scene, y)| panel(data, spec, (scene, x, y)))
         .collect();

@@ -60,7 +60,7 @@ pub fn costs(data: &Data) -> Table {
 }
 
 /// Most scenes that stand side by side where the config does not say how.
-const MOST_SCENES: usize = 12;
+pub(super) const MOST_SCENES: usize = 12;
 
 /// Every scene, or the means of many.
 fn overview(data: &Data, spec: &TableSpec) -> Table {
