@@ -15,9 +15,9 @@
 //! chessboard); only those that a new record reaches are predicted anew. It sees what the interpolation will get
 //! wrong, so it needs no threshold and no term of geometry. Everything but the first stage is deterministic.
 //!
-//! Importance caching interpolates no values: there the records' totals take the place of predictions. That helps
-//! where light changes smoothly and harms where few records see a light that others do not
-//! (`configs/own/importance.toml`), so that discontinuity-guided sampling stays the better choice.
+//! Importance caching interpolates no values: there the records' totals take the place of predictions. Its noise is
+//! then within the intervals of discontinuity-guided sampling, its FLIP mostly a little above
+//! (`configs/own/importance.toml`): no reason to use it there.
 
 use serde::Deserialize;
 
