@@ -62,6 +62,15 @@ pub fn square_to_hemisphere(x: f32, y: f32) -> Vec3 {
     )
 }
 
+/// The point of the unit square that [`square_to_hemisphere`] maps to a unit direction; directions
+/// below the horizon count as on it.
+pub fn hemisphere_to_square(d: Vec3) -> [f32; 2] {
+    let r = (1.0 - d.z).clamp(0.0, 1.0).sqrt();
+    let v = r * d.y.abs().atan2(d.x.abs()) * std::f32::consts::FRAC_2_PI;
+    let (u, v) = ((r - v).copysign(d.x), v.copysign(d.y));
+    [0.5 * (u + v) + 0.5, 0.5 * (u - v) + 0.5]
+}
+
 /// The centres of the `side * side` equal cells (2π/side² sr each) of the upper hemisphere, row by
 /// row. Unit vectors in the local frame, z along the normal.
 pub fn equal_area_hemisphere(side: usize) -> Vec<Vec3> {
@@ -90,6 +99,20 @@ mod tests {
             let bound = 2.5 / (side * side) as f32;
             assert!((cosine - 1.0).abs() < bound, "side {side}: {cosine}");
         }
+    }
+
+    #[test]
+    fn directions_map_back_to_the_square() {
+        for i in 0..400 {
+            let (x, y) = ((i % 20) as f32 / 19.0, (i / 20) as f32 / 19.0);
+            let [u, v] = hemisphere_to_square(square_to_hemisphere(x, y));
+            assert!((u - x).abs().max((v - y).abs()) < 1e-3, "{x} {y}: {u} {v}");
+        }
+        let [u, v] = hemisphere_to_square(Vec3::new(0.6, 0.0, -0.8));
+        let level = hemisphere_to_square(Vec3::X);
+        assert_eq!([u, v], level);
+        let pole = hemisphere_to_square(Vec3::Z);
+        assert!(pole.iter().all(|x| (x - 0.5).abs() < 1e-6), "{pole:?}");
     }
 
     #[test]

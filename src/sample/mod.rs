@@ -7,5 +7,5 @@ mod rng;
 
 pub use additive::additive;
 pub use edges::{HemisphereEdges, is_set};
-pub use hemisphere::{Frame, equal_area_hemisphere, square_to_hemisphere};
+pub use hemisphere::{Frame, equal_area_hemisphere, hemisphere_to_square, square_to_hemisphere};
 pub use rng::{Rng, hash};

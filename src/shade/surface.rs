@@ -225,6 +225,20 @@ impl Interaction<'_> {
         self.bsdf.directional_albedo(self.local_view)
     }
 
+    /// See [`LocalBsdf::base_albedo`].
+    pub fn base_albedo(&self) -> Vec3 {
+        self.bsdf.base_albedo(self.local_view)
+    }
+
+    /// See [`LocalBsdf::reflections`]; unit world directions.
+    pub fn reflections(&self) -> impl Iterator<Item = (Vec3, Vec3)> {
+        let reflections = self.bsdf.reflections(self.local_view);
+        reflections.filter_map(|(local, weight)| {
+            let world = self.frame.to_world(local);
+            (!self.inconsistent(local, world)).then_some((world, weight))
+        })
+    }
+
     /// What the scattering of light that arrives along `view` must be multiplied by so that paths
     /// from the lights agree with paths from the camera where shading normals differ from geometric
     /// ones: `|view·n| |light·g| / (|view·g| |light·n|)` (Veach 1997, section 5.3.2). 1 where they

@@ -49,6 +49,11 @@ impl<C> Extrapolation<C> {
         alike.then(|| (position - anchor.position, &anchor.change))
     }
 
+    /// Where a record is.
+    pub fn position(&self, record: u32) -> Vec3 {
+        self.anchors[record as usize].position
+    }
+
     /// The changes of all records.
     pub fn changes(&self) -> impl Iterator<Item = &C> {
         self.anchors.iter().map(|anchor| &anchor.change)

@@ -21,6 +21,11 @@
 //! soon. Finding those distances takes closest hits, about one for fifteen occlusion rays, which rows count apart.
 //! Beyond 60° a record keeps its plain value. The change by the position is kept within ±0.1 (ambient
 //! occlusion) or ±0.3 of the value (irradiance).
+//!
+//! Records of irradiance also keep the radiance and nearness of 16 × 16 blocks of their directions. Gloss
+//! sees these: 16 directions of the microfacet lobe are looked up where each record sees what lies there, in place
+//! of the directional albedo times the mean. The brightest path of a block counts as much as the next one and spreads
+//! the rest over all blocks, for gradients too.
 
 use serde::Deserialize;
 
@@ -83,6 +88,8 @@ pub const ENTRY: InterpolationEntry = InterpolationEntry {
         failures: &[
             "an occluder nearer than the record's rays are apart has no gradient that points to it",
             "irradiance from few and noisy paths has noisy gradients",
+            "gloss of irradiance: near things at the horizon of a record are reflected where the record is, and \
+             fade to its mean within the distance they have",
             "needs hit distances: some closest-hit beside the any-hit rays for ambient occlusion",
         ],
         parameters: &[

@@ -20,6 +20,8 @@ pub struct Coating {
     transmittance: Vec<f32>,
     /// Mean reflectance from inside under diffuse light.
     internal_reflectance: f32,
+    /// Mean transmittance from outside under diffuse light.
+    entering: f32,
     /// Polynomial of the transmittance, see [`polynomial`].
     fit: [f32; 9],
 }
@@ -39,6 +41,7 @@ impl Coating {
                 facets: None,
                 transmittance: Vec::new(),
                 internal_reflectance: fresnel::diffuse_reflectance(1.0 / ior),
+                entering: 1.0 - fresnel::diffuse_reflectance(ior),
                 fit: polynomial(smooth),
             };
         };
@@ -56,8 +59,13 @@ impl Coating {
             facets: Some(facets),
             transmittance: rows.iter().map(|r| r.0).collect(),
             internal_reflectance: 2.0 * rows.iter().map(|r| r.1).sum::<f32>() / NODES as f32,
+            entering: 0.0,
             fit: [0.0; 9],
         };
+        let cosine = |i: u32| (i as f32 + 0.5) / QUADRATURE as f32;
+        let entering = |i: u32| cosine(i) * coating.transmittance(cosine(i));
+        coating.entering =
+            2.0 * (0..QUADRATURE as u32).map(entering).sum::<f32>() / QUADRATURE as f32;
         coating.fit = polynomial(|cos| coating.transmittance(cos as f32));
         coating
     }
@@ -157,6 +165,30 @@ impl Plastic<'_> {
                 specular: self.specular,
             }),
         }
+    }
+
+    /// Whether the coating is a mirror.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.coating.facets.is_none()
+    }
+
+    /// Directional albedo of what is under the coating.
+    pub(super) fn base_albedo(&self, cos_view: f32) -> Vec3 {
+        self.base() * (self.coating.transmittance(cos_view) * self.coating.entering)
+    }
+
+    /// A direction that the coating reflects to the viewer, and its weight: the mean over `u` is the
+    /// coating's directional albedo.
+    pub(super) fn reflection(&self, view: Vec3, u: [f32; 2]) -> (Vec3, Vec3) {
+        let Some(facets) = self.coating.facets else {
+            let share = 1.0 - self.coating.transmittance(view.z);
+            return (Vec3::new(-view.x, -view.y, view.z), self.specular * share);
+        };
+        let half = facets.sample_visible(view, u);
+        let light = reflect(view, half);
+        let boundary = fresnel::dielectric(view.dot(half), self.coating.ior).reflectance;
+        let weight = boundary * facets.masking(light, half);
+        (light, self.specular * weight)
     }
 
     /// Probability of sampling the coating's reflection from a direction.

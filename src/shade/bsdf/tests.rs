@@ -130,6 +130,33 @@ fn no_model_creates_energy_and_weights_average_to_the_albedo() {
 }
 
 #[test]
+fn base_and_reflections_are_the_directional_albedo() {
+    let coatings = coatings();
+    for (name, model) in models(&coatings) {
+        for cos in [1.0, 0.8, 0.4, -0.6] {
+            let (bsdf, view) = (bsdf(model), direction(cos));
+            let reflected: Vec3 = bsdf.reflections(view).map(|(_, weight)| weight).sum();
+            let parts = bsdf.base_albedo(view) + reflected;
+            // Of a smooth coating, scattering is the base alone.
+            let (parts, whole) = match model {
+                Model::Mirror(_) => (parts, bsdf.directional_albedo(view)),
+                _ if name == "smooth plastic" => (
+                    bsdf.base_albedo(view),
+                    integrate(|light| bsdf.evaluate(view, light)),
+                ),
+                _ => (parts, integrate(|light| bsdf.evaluate(view, light))),
+            };
+            let error = (parts - whole).abs().max_element();
+            assert!(error < 0.04, "{name} at {cos}: {parts} {whole}");
+            for (light, _) in bsdf.reflections(view) {
+                assert!((light.length() - 1.0).abs() < 1e-4, "{name}: {light}");
+                assert!(light.z * view.z > 0.0, "{name} at {cos}: {light}");
+            }
+        }
+    }
+}
+
+#[test]
 fn densities_integrate_to_the_share_of_smooth_samples() {
     let coatings = coatings();
     for (name, model) in models(&coatings) {

@@ -2,27 +2,13 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3, Vec4};
 
 use crate::sample::{Frame as LocalFrame, HemisphereEdges};
-use crate::technique::Site;
 
 /// Blocks along a side of the grid that gradients see. Of one path a direction, differences between
 /// adjacent directions are mostly noise: the gradient's noise grows with the square of the side.
 const POOLED: usize = 8;
-
-/// Radiance and nearness of the directions of one record, means of blocks of adjacent directions.
-pub struct Hemisphere {
-    /// Directions of a side, and of a block's side.
-    side: usize,
-    block: usize,
-    /// A channel each, sums over the directions of a block.
-    radiance: [Vec<f32>; 3],
-    /// 1/t, 0 where nothing is hit.
-    nearness: Vec<f32>,
-    /// Σ L ω of each channel, local frame.
-    vector: [Vec3; 3],
-}
 
 /// How irradiance changes around a record, world space; columns of matrices belong to the colour
 /// channels.
@@ -36,70 +22,42 @@ pub struct Change {
     pub mean_distance: f32,
 }
 
-impl Hemisphere {
-    /// Edges of the grid that gradients see, of records with `side²` directions.
-    pub fn edges(side: usize) -> HemisphereEdges {
-        HemisphereEdges::new(side.div_ceil(Self::block(side)))
-    }
+/// Edges of the grid that gradients see, of records with `width²` blocks.
+pub fn edges(width: usize) -> HemisphereEdges {
+    HemisphereEdges::new(width.div_ceil(width.div_ceil(POOLED)))
+}
 
-    fn block(side: usize) -> usize {
-        side.div_ceil(POOLED).max(1)
-    }
-
-    /// Nothing seen yet in `side²` directions.
-    pub fn new(side: usize) -> Self {
-        let block = Self::block(side);
-        let cells = side.div_ceil(block).pow(2);
-        Self {
-            side,
-            block,
-            radiance: std::array::from_fn(|_| vec![0.0; cells]),
-            nearness: vec![0.0; cells],
-            vector: [Vec3::ZERO; 3],
-        }
-    }
-
-    /// Direction `i` and what its ray, which travelled this far, brings.
-    pub fn add(&mut self, (i, direction): (usize, Vec3), light: Vec3, distance: f32) {
-        let cells = self.side.div_ceil(self.block);
-        let (column, row) = (i % self.side / self.block, i / self.side / self.block);
-        let cell = row * cells + column;
-        for (channel, value) in light.to_array().into_iter().enumerate() {
-            self.radiance[channel][cell] += value;
-            self.vector[channel] += direction * value;
-        }
-        self.nearness[cell] += 1.0 / distance;
-    }
-
-    /// What the directions of a whole hemisphere say about a site. Blocks nearer than 10⁻⁴ of the
-    /// diagonal count as that near.
-    pub fn change(&mut self, edges: &HemisphereEdges, (site, diagonal): (&Site, f32)) -> Change {
-        let count = (self.side * self.side) as f32;
-        let near: f32 = self.nearness.iter().sum();
-        let (cells, nearest) = (self.side.div_ceil(self.block), 1e4 / diagonal);
-        for cell in 0..self.nearness.len() {
-            let across = |at: usize| self.block.min(self.side - at * self.block);
-            let directions = (across(cell % cells) * across(cell / cells)) as f32;
-            self.nearness[cell] = (self.nearness[cell] / directions).min(nearest);
-            for channel in &mut self.radiance {
-                channel[cell] /= directions;
+impl Change {
+    /// What a whole hemisphere says about a site with this unit normal: the directions of the local frame with
+    /// the radiance and distance of each, and their blocks (radiance and nearness, `width²` of them).
+    pub fn new(
+        (directions, seen): (&[Vec3], &[(Vec3, f32)]),
+        (blocks, width): (&[Vec4], usize),
+        (edges, normal): (&HemisphereEdges, Vec3),
+    ) -> Self {
+        let (mut vector, mut near) = ([Vec3::ZERO; 3], 0.0);
+        for (direction, (light, distance)) in directions.iter().zip(seen) {
+            for (sum, value) in vector.iter_mut().zip(light.to_array()) {
+                *sum += *direction * value;
             }
+            near += 1.0 / distance;
         }
-        let local = LocalFrame::from_normal(site.normal);
-        let vector = self.vector.map(|sum| local.to_world(sum * (TAU / count)));
-        let gradient = self.radiance.each_ref().map(|channel| {
-            let gradient = edges.gradient(channel, &self.nearness);
-            local.to_world(gradient)
+        let local = LocalFrame::from_normal(normal);
+        let count = seen.len() as f32;
+        let vector = vector.map(|sum| local.to_world(sum * (TAU / count)));
+        let pooled = pool(blocks, width);
+        let nearness: Vec<f32> = pooled.iter().map(|block| block.w).collect();
+        let gradient = [0, 1, 2].map(|channel| {
+            let radiance: Vec<f32> = pooled.iter().map(|block| block[channel]).collect();
+            local.to_world(edges.gradient(&radiance, &nearness))
         });
-        Change {
+        Self {
             vector: Mat3::from_cols(vector[0], vector[1], vector[2]),
             gradient: Mat3::from_cols(gradient[0], gradient[1], gradient[2]),
             mean_distance: count / near,
         }
     }
-}
 
-impl Change {
     /// Irradiance a `step` away at a surface with this normal; never negative. By the step it changes
     /// by at most `clamp` times the record's own, in each channel.
     pub fn extrapolate(&self, own: Vec3, (step, normal): (Vec3, Vec3), clamp: f32) -> Vec3 {
@@ -110,25 +68,37 @@ impl Change {
     }
 }
 
+/// Means of square groups of blocks, as few as there are [`edges`] for.
+fn pool(blocks: &[Vec4], width: usize) -> Vec<Vec4> {
+    let group = width.div_ceil(POOLED);
+    let cells = width.div_ceil(group);
+    let mut sums = vec![Vec4::ZERO; cells * cells];
+    let mut counts = vec![0u32; cells * cells];
+    for (at, block) in blocks.iter().enumerate() {
+        let cell = at / width / group * cells + at % width / group;
+        sums[cell] += *block;
+        counts[cell] += 1;
+    }
+    let mean = |(sum, count): (Vec4, u32)| sum / count as f32;
+    sums.into_iter().zip(counts).map(mean).collect()
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::panorama::Panoramas;
     use super::*;
     use crate::sample::equal_area_hemisphere;
 
     fn seen(side: usize, light: impl Fn(Vec3) -> (Vec3, f32)) -> (Change, Vec3) {
-        let mut hemisphere = Hemisphere::new(side);
-        let mut own = Vec3::ZERO;
-        for (i, direction) in equal_area_hemisphere(side).into_iter().enumerate() {
-            let (radiance, distance) = light(direction);
-            hemisphere.add((i, direction), radiance, distance);
-            own += radiance * direction.z * TAU / (side * side) as f32;
-        }
-        let site = Site {
-            normal: Vec3::Z,
-            ..Site::default()
-        };
-        let edges = Hemisphere::edges(side);
-        (hemisphere.change(&edges, (&site, 10.0)), own)
+        let directions = equal_area_hemisphere(side);
+        let seen: Vec<_> = directions.iter().map(|&d| light(d)).collect();
+        let radiances = directions.iter().zip(&seen);
+        let own: Vec3 = radiances.map(|(d, (radiance, _))| radiance * d.z).sum();
+        let panoramas = Panoramas::new(side, 10.0);
+        let (blocks, width) = (panoramas.pool(&seen), panoramas.width());
+        let edges = edges(width);
+        let change = Change::new((&directions, &seen), (&blocks, width), (&edges, Vec3::Z));
+        (change, own * (TAU / seen.len() as f32))
     }
 
     #[test]

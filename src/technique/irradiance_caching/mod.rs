@@ -3,12 +3,14 @@
 //! A record holds the indirect irradiance `E = (2π/S) Σ L cos θ` of `side²` equal-area directions, `L`
 //! path traced without the emission that a ray meets first (that light is direct). An image sample is
 //! `ρ(ω) E / π`, `E` interpolated and `ρ` the directional albedo of the material seen: exact for
-//! diffuse surfaces, and for others right when the indirect light is uniform. Direct light is a layer
-//! of its own, without records, the same for reference and contenders.
+//! diffuse surfaces, and for others right when the indirect light is uniform. With gradient interpolation
+//! coatings and metals see, in place of `E / π`, what the records gathered from the directions they reflect.
+//! Direct light is a layer of its own, without records, the same for reference and contenders.
 
 mod change;
 mod gather;
 pub mod on_demand;
+mod panorama;
 mod paths;
 mod records;
 
@@ -19,6 +21,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use self::gather::Gatherer;
+use self::panorama::Panoramas;
 use self::paths::{Layer, LayerPaths};
 use self::records::IrradianceRecords;
 use super::cached::{self, CachedTechnique};
@@ -47,7 +50,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         bias: Bias::Consistent,
         failures: &[
             "glossy reflections of indirect light are blurred to the directional albedo times the \
-             mean: mirror-like coatings lose them",
+             mean: mirror-like coatings lose them (with gradient interpolation, to blocks of about 9°)",
             "indirect light that changes within the spacing of records is blurred: corners, contact \
              shadows, caustics",
             "bump maps turn the direct light only",
@@ -221,8 +224,9 @@ impl Technique for IrradianceCaching {
     }
 
     fn bytes_per_record(&self) -> u64 {
-        // Irradiance and normal, and the luminance of each direction in half precision.
-        24 + 2 * self.directions.len() as u64
+        // Irradiance and normal, the luminance of each direction in half precision, and the blocks of
+        // gradient interpolation.
+        24 + 2 * self.directions.len() as u64 + Panoramas::bytes_per_record(self.parameters.side)
     }
 
     fn rays_per_reference_sample(&self) -> u64 {

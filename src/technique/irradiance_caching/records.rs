@@ -1,13 +1,15 @@
 //! The records: indirect irradiance, and the luminances it was gathered from.
 
+use std::f32::consts::FRAC_1_PI;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use half::f16;
 use rayon::prelude::*;
 
-use super::change::{Change, Hemisphere};
+use super::change::{Change, edges};
 use super::gather::{Gathered, Gatherer};
+use super::panorama::Panoramas;
 use super::reflected;
 use crate::cache::{Extrapolation, Gradient, Neighbour};
 use crate::image::luminance;
@@ -25,18 +27,29 @@ pub struct IrradianceRecords<'a> {
     /// Camera samples without a record on their side, which were gathered instead.
     misses: AtomicU64,
     /// For gradient interpolation only.
-    gradient: Option<Extrapolation<Change>>,
+    directional: Option<Directional>,
+}
+
+/// What records of gradient interpolation know besides irradiance.
+struct Directional {
+    changes: Extrapolation<Change>,
+    panoramas: Panoramas,
 }
 
 /// Largest change by the position, of a record's own irradiance.
 const LARGEST_CHANGE: f32 = 0.3;
 
 impl<'a> IrradianceRecords<'a> {
-    /// No records yet; with a `gradient` they will know how irradiance changes.
+    /// No records yet; with a `gradient` they will know how irradiance changes, and light by direction.
     pub fn new(gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
         let side = gatherer.directions.len().isqrt();
+        let diagonal = gatherer.frame.scene.diagonal;
+        let panoramas = Panoramas::new(side, diagonal);
         Self {
-            gradient: gradient.map(|rule| Extrapolation::new(rule, Hemisphere::edges(side))),
+            directional: gradient.map(|rule| Directional {
+                changes: Extrapolation::new(rule, edges(panoramas.width())),
+                panoramas,
+            }),
             gatherer,
             irradiance: Vec::new(),
             normals: Vec::new(),
@@ -46,13 +59,19 @@ impl<'a> IrradianceRecords<'a> {
         }
     }
 
-    /// Weighted mean of the records on the viewer's side of the surface; `None` if there are none.
-    fn interpolate(&self, site: &Site, (found, weights): (&[Neighbour], &[f32])) -> Option<Vec3> {
+    /// Weighted mean of what the records on the viewer's side of the surface say; `None` if there are
+    /// none.
+    fn interpolate(
+        &self,
+        site: &Site,
+        (found, weights): (&[Neighbour], &[f32]),
+        value: impl Fn(u32) -> Vec3,
+    ) -> Option<Vec3> {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for (neighbour, weight) in found.iter().zip(weights) {
             let record = neighbour.record;
             if self.normals[record as usize].dot(site.normal) > 0.0 {
-                sum += self.value(record, site) * *weight;
+                sum += value(record) * *weight;
                 total += weight;
             }
         }
@@ -62,12 +81,34 @@ impl<'a> IrradianceRecords<'a> {
     /// What a record says of the irradiance at a site.
     fn value(&self, record: u32, of: &Site) -> Vec3 {
         let value = self.irradiance[record as usize];
-        let extrapolated = self.gradient.as_ref().and_then(|gradient| {
-            let (step, change) = gradient.around(record, (of.position, of.normal))?;
-            let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
+        let extrapolated = self.directional.as_ref().and_then(|known| {
+            let (step, change) = known.changes.around(record, (of.position, of.normal))?;
+            let most = known.changes.rule.clamp.unwrap_or(LARGEST_CHANGE);
             Some(change.extrapolate(value, (step, of.normal), most))
         });
         extrapolated.unwrap_or(value)
+    }
+
+    /// Light reflected to the viewer where records know it by direction: diffuse parts see the
+    /// irradiance, each direction of gloss what the records see there.
+    fn directional(
+        &self,
+        known: &Directional,
+        seen: &Seen,
+        (irradiance, found): (Vec3, (&[Neighbour], &[f32])),
+    ) -> Vec3 {
+        let surfaces = self.gatherer.frame.paths.surfaces();
+        let at = surfaces.interact(&seen.hit, seen.direction);
+        let mut light = at.base_albedo() * irradiance * FRAC_1_PI;
+        for (direction, weight) in at.reflections() {
+            let radiance = self.interpolate(&seen.site, found, |record| {
+                let step = seen.site.position - known.changes.position(record);
+                let mean = self.irradiance[record as usize] * FRAC_1_PI;
+                known.panoramas.radiance(record, (step, direction), mean)
+            });
+            light += weight * radiance.unwrap_or_default();
+        }
+        seen.throughput * light
     }
 }
 
@@ -79,35 +120,44 @@ impl CachedFunction for IrradianceRecords<'_> {
         let end = first + sites.len();
         self.normals.extend(sites.iter().map(|s| s.site.normal));
         self.luminances.resize(end * directions, f16::ZERO);
-        let side = directions.isqrt();
-        let edges = self.gradient.as_ref().map(|gradient| &gradient.edges);
-        let made: Vec<(Gathered, Change)> = self.luminances[first * directions..]
+        let directional = self.directional.as_ref();
+        let made: Vec<(Gathered, Option<(Change, Vec<Vec4>)>)> = self.luminances
+            [first * directions..]
             .par_chunks_mut(directions)
             .zip(sites)
             .map(|(luminances, record)| {
                 let caster = gatherer.frame.tracer.caster(counter);
-                let mut hemisphere = edges.map(|_| Hemisphere::new(side));
+                let mut seen = Vec::new();
                 let item = [record.pixel, u32::MAX];
                 let gathered = gatherer.gather(&caster, (&record.site, item), |i, light, t| {
                     let value = luminance(light.into()).min(f16::MAX.to_f32());
                     luminances[i] = f16::from_f32(value);
-                    if let Some(hemisphere) = &mut hemisphere {
-                        hemisphere.add((i, gatherer.directions[i]), light, t);
+                    if directional.is_some() {
+                        seen.push((light, t));
                     }
                 });
-                let change = edges.zip(hemisphere).map(|(edges, mut hemisphere)| {
-                    hemisphere.change(edges, (&record.site, gatherer.frame.scene.diagonal))
+                let known = directional.map(|known| {
+                    let (panoramas, edges) = (&known.panoramas, &known.changes.edges);
+                    let blocks = panoramas.pool(&seen);
+                    let change = Change::new(
+                        (gatherer.directions, &seen),
+                        (&blocks, panoramas.width()),
+                        (edges, record.site.normal),
+                    );
+                    (change, blocks)
                 });
-                (gathered, change.unwrap_or_default())
+                (gathered, known)
             })
             .collect();
         self.irradiance
             .extend(made.iter().map(|(g, _)| g.irradiance));
         let non_finite = made.iter().map(|(g, _)| g.non_finite).sum();
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
-        if let Some(gradient) = &mut self.gradient {
-            for (RecordSite { site, .. }, (_, change)) in sites.iter().zip(made) {
-                gradient.add((site.position, site.normal), change);
+        if let Some(known) = &mut self.directional {
+            for (RecordSite { site, .. }, (_, made)) in sites.iter().zip(made) {
+                let (change, blocks) = made.expect("made of every record");
+                known.changes.add((site.position, site.normal), change);
+                known.panoramas.add(site.normal, &blocks);
             }
         }
     }
@@ -134,7 +184,8 @@ impl CachedFunction for IrradianceRecords<'_> {
 
     /// The median of the records' harmonic mean distances; without any, a tenth of the diagonal.
     fn length(&self) -> f32 {
-        let changes = self.gradient.iter().flat_map(|g| g.changes());
+        let known = self.directional.iter();
+        let changes = known.flat_map(|known| known.changes.changes());
         let mut lengths: Vec<f32> = changes
             .map(|change| change.mean_distance)
             .filter(|length| length.is_finite() && *length > 0.0)
@@ -147,17 +198,25 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3] {
-        let irradiance = self.interpolate(&seen.site, found).unwrap_or_else(|| {
-            self.misses.fetch_add(1, Ordering::Relaxed);
-            let item = [seen.pixel, seen.sample];
-            let gathered = self
-                .gatherer
-                .gather(caster, (&seen.site, item), |_, _, _| ());
-            self.non_finite
-                .fetch_add(gathered.non_finite, Ordering::Relaxed);
-            gathered.irradiance
-        });
-        reflected(self.gatherer.frame, seen, irradiance).into()
+        let value = |record| self.value(record, &seen.site);
+        let light = match (
+            self.interpolate(&seen.site, found, value),
+            &self.directional,
+        ) {
+            (Some(irradiance), Some(known)) => self.directional(known, seen, (irradiance, found)),
+            (Some(irradiance), None) => reflected(self.gatherer.frame, seen, irradiance),
+            (None, _) => {
+                self.misses.fetch_add(1, Ordering::Relaxed);
+                let item = [seen.pixel, seen.sample];
+                let gathered = self
+                    .gatherer
+                    .gather(caster, (&seen.site, item), |_, _, _| ());
+                self.non_finite
+                    .fetch_add(gathered.non_finite, Ordering::Relaxed);
+                reflected(self.gatherer.frame, seen, gathered.irradiance)
+            }
+        };
+        light.into()
     }
 
     fn background(&self) -> [f32; 3] {
@@ -165,8 +224,9 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn bytes(&self) -> usize {
-        let extrapolation = self.gradient.as_ref().map_or(0, |g| g.bytes());
-        self.irradiance.len() * 24 + self.luminances.len() * 2 + extrapolation
+        let known = self.directional.as_ref();
+        let directional = known.map_or(0, |k| k.changes.bytes() + k.panoramas.bytes());
+        self.irradiance.len() * 24 + self.luminances.len() * 2 + directional
     }
 
     fn non_finite(&self) -> u64 {
