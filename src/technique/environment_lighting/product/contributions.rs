@@ -306,7 +306,12 @@ impl Contributions {
             .sum();
         if terms.diffuse_term() {
             let (first, cosine) = (numbers.terms[0][lane], numbers.cosines[lane]);
-            let through = if cosine > 0.0 { first / cosine } else { 0.0 };
+            // A chunk below the horizon tells nothing of its lights above it, which enter a coating
+            // hardly, and else as all light.
+            let through = match cosine > 0.0 {
+                true => first / cosine,
+                false => f32::from(u8::from(!terms.coated())),
+            };
             scattered += self.colours[0] * (through * own.cosine(i, terms.normal) - first);
         }
         (scattered * power).max(Vec3::ZERO)
