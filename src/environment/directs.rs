@@ -32,6 +32,8 @@ pub(super) struct Directs {
 /// Keys the random numbers of the draws.
 const STREAM: u64 = 0x6469_7265_6374;
 const MOST_ROUNDS: usize = 100;
+/// Moves of the centres, in texels, that are no longer worth a round.
+const STILL: f64 = 0.02;
 
 /// At most `count` lights in the map's space for the texels `emissive`.
 pub(super) fn directs(
@@ -59,7 +61,10 @@ pub(super) fn directs(
     }
     let mut cells = Cells::new(&items, samples);
     let rounds = match steps.k_means {
-        true => cells.relax(MOST_ROUNDS),
+        true => {
+            let texel_rad = std::f64::consts::TAU / texels.width() as f64;
+            cells.relax((MOST_ROUNDS, STILL * texel_rad))
+        }
         false => 0,
     };
     let chord = 2.0 * (0.5 * steps.exclusion_rad.min(std::f64::consts::PI)).sin();

@@ -58,20 +58,19 @@ impl Classification {
         };
         let width = texels.width();
         let (mut sum, mut weights) = (0.0, 0.0);
-        // Sum and maximum of each row.
         let lines: Vec<(f64, f32)> = texels
             .luminance
             .chunks_exact(width)
-            .map(|row| {
-                let sum = row.iter().map(|&l| f64::from(l)).sum();
-                (sum, row.iter().copied().fold(0.0, f32::max))
-            })
+            .map(sum_and_largest)
             .collect();
         for (y, (line, _)) in lines.iter().enumerate() {
             sum += line * weight(y);
             weights += width as f64 * weight(y);
         }
         let maximum = lines.iter().map(|l| l.1).fold(0.0, f32::max);
+        let brightest = lines.iter().position(|l| l.1 == maximum).unwrap_or(0);
+        let row = &texels.luminance[brightest * width..(brightest + 1) * width];
+        let origin = row.iter().position(|&l| l == maximum).unwrap_or(0);
         let quantile = weighted_quantile(texels, rule.quantile, &weight);
         let threshold = f64::from(quantile)
             .max(rule.average_factor * sum / weights)
@@ -90,19 +89,15 @@ impl Classification {
                     }
                 }
             }
+            let from_origin =
+                emissive[before..].partition_point(|&texel| (texel as usize) < y * width + origin);
+            emissive[before..].rotate_left(from_origin);
             let (count, angle) = (emissive.len() - before, texels.rows[y].solid_angle);
             direct.energy += bright * angle;
             direct.solid_angle_sr += count as f64 * angle;
             indirect.energy += (total - bright).max(0.0) * angle;
             indirect.solid_angle_sr += (width - count) as f64 * angle;
         }
-        let brightest = lines.iter().position(|l| l.1 == maximum).unwrap_or(0);
-        let row = &texels.luminance[brightest * width..(brightest + 1) * width];
-        let origin = row.iter().position(|&l| l == maximum).unwrap_or(0);
-        emissive.sort_by_key(|&texel| {
-            let (x, y) = (texel as usize % width, texel as usize / width);
-            (y, (x + width - origin) % width)
-        });
         if emissive.len() == width * texels.height() {
             indirect = Region::default();
         }
@@ -136,45 +131,98 @@ impl Classification {
     }
 }
 
-/// The smallest luminance that at least `share` of the weight does not exceed. Exact: two passes of
-/// counting over the upper and the lower bits, which order non-negative floats.
-fn weighted_quantile(texels: &Texels, share: f64, weight: &dyn Fn(usize) -> f64) -> f32 {
-    const LOW_BITS: u32 = 17;
-    let mut upper = vec![0.0f64; 1 << (31 - LOW_BITS)];
-    for (y, row) in texels.luminance.chunks_exact(texels.width()).enumerate() {
-        let weight = weight(y);
-        for luminance in row {
-            upper[(luminance.to_bits() >> LOW_BITS) as usize] += weight;
+/// Sum and maximum of a row of luminances, in eight lanes.
+fn sum_and_largest(row: &[f32]) -> (f64, f32) {
+    const LANES: usize = 8;
+    let (mut sums, mut largest) = ([0.0f64; LANES], [0.0f32; LANES]);
+    let chunks = row.chunks_exact(LANES);
+    let rest = chunks.remainder();
+    for chunk in chunks {
+        for lane in 0..LANES {
+            sums[lane] += f64::from(chunk[lane]);
+            largest[lane] = largest[lane].max(chunk[lane]);
         }
     }
-    let target = share * upper.iter().sum::<f64>();
-    let (high, below) = reach(&upper, target, 0.0);
-    let mut lower = vec![0.0f64; 1 << LOW_BITS];
-    for (y, row) in texels.luminance.chunks_exact(texels.width()).enumerate() {
-        let weight = weight(y);
-        for luminance in row {
-            let bits = luminance.to_bits();
-            if bits >> LOW_BITS == high as u32 {
-                lower[(bits & ((1 << LOW_BITS) - 1)) as usize] += weight;
-            }
-        }
-    }
-    let (low, _) = reach(&lower, target, below);
-    f32::from_bits((high as u32) << LOW_BITS | low as u32)
+    let sum = sums.iter().sum::<f64>() + rest.iter().map(|&l| f64::from(l)).sum::<f64>();
+    let all = largest.iter().chain(rest);
+    (sum, all.copied().fold(0.0, f32::max))
 }
 
-/// The first bin at which the running sum from `sum` reaches `target`, and the sum before it; the
-/// last bin that holds anything when rounding keeps the sum below.
-fn reach(bins: &[f64], target: f64, mut sum: f64) -> (usize, f64) {
-    let mut last = (0, sum);
-    for (index, &bin) in bins.iter().enumerate().filter(|(_, b)| **b > 0.0) {
-        last = (index, sum);
-        if sum + bin >= target {
-            break;
+/// The smallest luminance that at least `share` of the weight does not exceed. Exact: a sample of the
+/// texels says between which luminances it lies, and of all texels only those in between are sorted.
+fn weighted_quantile(texels: &Texels, share: f64, weight: &dyn Fn(usize) -> f64) -> f32 {
+    let rows: Vec<f64> = (0..texels.height()).map(weight).collect();
+    let target = share * rows.iter().sum::<f64>() * texels.width() as f64;
+    let [low, high] = likely_range(texels, share, &rows);
+    // Where the sample misleads, all texels are sorted.
+    [[low, high], [0.0, f32::INFINITY]]
+        .into_iter()
+        .find_map(|range| quantile_within(texels, (&rows, target), range))
+        .unwrap_or(0.0)
+}
+
+/// Two luminances between which the quantile should lie: those of a sample of about four thousand texels a
+/// little below and above it.
+fn likely_range(texels: &Texels, share: f64, rows: &[f64]) -> [f32; 2] {
+    /// A prime, so that samples wander over the columns.
+    const STRIDE: usize = 509;
+    const MARGIN: f64 = 0.02;
+    let width = texels.width();
+    let step = STRIDE.min(texels.luminance.len().div_ceil(4096));
+    let mut sample: Vec<(f32, f64)> = (0..texels.luminance.len())
+        .step_by(step)
+        .map(|i| (texels.luminance[i], rows[i / width]))
+        .collect();
+    sample.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = sample.iter().map(|s| s.1).sum();
+    let at = |share: f64| {
+        let mut sum = 0.0;
+        let reached = sample.iter().find(|(_, weight)| {
+            sum += weight;
+            sum >= share * total
+        });
+        reached.map(|s| s.0)
+    };
+    let margin = MARGIN.min(0.9 * (1.0 - share)).max(0.002);
+    let high = match share + margin < 1.0 {
+        true => at(share + margin),
+        false => None,
+    };
+    [
+        at((share - margin).max(0.0)).unwrap_or(0.0),
+        high.unwrap_or(f32::INFINITY),
+    ]
+}
+
+/// The smallest luminance in `range` at which the running weight reaches `target`; `None` if that is
+/// outside.
+fn quantile_within(
+    texels: &Texels,
+    (rows, target): (&[f64], f64),
+    [low, high]: [f32; 2],
+) -> Option<f32> {
+    let mut below = 0.0;
+    let mut between = Vec::new();
+    for (row, &weight) in texels.luminance.chunks_exact(texels.width()).zip(rows) {
+        let count: u32 = row.iter().map(|&l| u32::from(l < low)).sum();
+        let inside: u32 = row.iter().map(|&l| u32::from(l >= low && l <= high)).sum();
+        below += f64::from(count) * weight;
+        if inside > 0 {
+            let members = row.iter().filter(|&&l| l >= low && l <= high);
+            between.extend(members.map(|&l| (l, weight)));
         }
-        sum += bin;
     }
-    last
+    if below > 0.0 && below >= target {
+        return None;
+    }
+    between.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let mut sum = below;
+    let reached = between.iter().find(|(_, weight)| {
+        sum += weight;
+        sum >= target
+    });
+    let last = between.last().filter(|_| high == f32::INFINITY);
+    reached.or(last).map(|&(luminance, _)| luminance)
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ impl LightSampler for KolligKeller {
                 break;
             };
             cells.insert(items[centre].direction);
-            cells.relax(self.0.rounds);
+            cells.relax((self.0.rounds, 0.0));
         }
         blocks
             .light_set(&texels, cells.centres.len(), &cells.labels)

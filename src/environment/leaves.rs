@@ -1,5 +1,7 @@
 //! A map as a few thousand cells of equal solid angle with exact sums.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 
 use super::rings::Rings;
@@ -36,19 +38,18 @@ pub(super) fn leaves(
     let rings = Rings::new(count);
     let mut leaves = vec![Leaf::default(); rings.len()];
     let width = texels.width();
-    let mut in_row = (0, false);
+    let columns = Columns::new(texels);
     for_each_run(texels, &rings, origin, &mut |y, cell, run| {
-        if in_row.0 != y || cell == 0 {
-            in_row = (y, !masked[y * width..(y + 1) * width].contains(&true));
-        }
         leaves[cell].cell = cell as u32;
-        if in_row.1 {
-            add_run(texels, y, run, &mut leaves[cell]);
-        } else {
-            for x in run.filter(|x| !masked[y * width + x]) {
-                add_run(texels, y, x..x + 1, &mut leaves[cell]);
+        let masks = &masked[y * width..(y + 1) * width];
+        let mut start = run.start;
+        for x in run.clone() {
+            if masks[x] {
+                add_run(texels, &columns, (y, start..x), &mut leaves[cell]);
+                start = x + 1;
             }
         }
+        add_run(texels, &columns, (y, start..run.end), &mut leaves[cell]);
     });
     let phi = std::f64::consts::TAU * origin as f64 / width as f64;
     // φ runs from −z over +x: clockwise about +y.
@@ -78,7 +79,7 @@ fn for_each_run(
     texels: &Texels,
     rings: &Rings,
     origin: usize,
-    visit: &mut dyn FnMut(usize, usize, std::ops::Range<usize>),
+    visit: &mut dyn FnMut(usize, usize, Range<usize>),
 ) {
     let width = texels.width();
     for y in 0..texels.height() {
@@ -102,24 +103,55 @@ fn for_each_run(
     }
 }
 
-/// Adds texels of one row.
-fn add_run(texels: &Texels, y: usize, run: std::ops::Range<usize>, leaf: &mut Leaf) {
+/// Running sums of (sin φ, cos φ) over the columns before each.
+struct Columns(Vec<[f64; 2]>);
+
+impl Columns {
+    fn new(texels: &Texels) -> Self {
+        let mut sums = vec![[0.0; 2]];
+        let mut sum = [0.0; 2];
+        for [sin, cos] in &texels.columns {
+            sum = [sum[0] + sin, sum[1] + cos];
+            sums.push(sum);
+        }
+        Self(sums)
+    }
+
+    /// Over the columns of a run.
+    fn sum(&self, run: &Range<usize>) -> [f64; 2] {
+        let (before, after) = (self.0[run.start], self.0[run.end]);
+        [after[0] - before[0], after[1] - before[1]]
+    }
+}
+
+/// Adds texels of one row, a run of its columns.
+fn add_run(texels: &Texels, columns: &Columns, (y, run): (usize, Range<usize>), leaf: &mut Leaf) {
+    if run.is_empty() {
+        return;
+    }
     let row = &texels.rows[y];
     let first = y * texels.width();
-    let (mut power, mut energy) = (DVec3::ZERO, 0.0f64);
-    let [mut by_sin, mut by_cos, mut plain_sin, mut plain_cos] = [0.0f64; 4];
     let pixels = &texels.pixels[first + run.start..first + run.end];
     let luminances = &texels.luminance[first + run.start..first + run.end];
-    let columns = &texels.columns[run.clone()];
-    for ((rgb, &luminance), [sin, cos]) in pixels.iter().zip(luminances).zip(columns) {
+    let directions = &texels.columns[run.clone()];
+    let mut sums = [[0.0f64; 6]; 2];
+    let value = |rgb: &[f32; 3], luminance: f32, [sin, cos]: [f64; 2]| {
+        let [r, g, b] = rgb.map(f64::from);
         let y = f64::from(luminance);
-        power += DVec3::new(f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
-        energy += y;
-        by_sin += y * sin;
-        by_cos += y * cos;
-        plain_sin += sin;
-        plain_cos += cos;
+        [r, g, b, y, y * sin, y * cos]
+    };
+    let mut add = |lane: usize, terms: [f64; 6]| (0..6).for_each(|i| sums[lane][i] += terms[i]);
+    // Two lanes: a sum waits for the one before it.
+    let pairs = pixels.chunks_exact(2).zip(luminances.chunks_exact(2));
+    for ((rgb, y), d) in pairs.zip(directions.chunks_exact(2)) {
+        add(0, value(&rgb[0], y[0], d[0]));
+        add(1, value(&rgb[1], y[1], d[1]));
     }
+    if run.len() % 2 == 1 {
+        let last = run.len() - 1;
+        add(0, value(&pixels[last], luminances[last], directions[last]));
+    }
+    let [r, g, b, energy, by_sin, by_cos] = std::array::from_fn(|i| sums[0][i] + sums[1][i]);
     for (offset, &luminance) in luminances.iter().enumerate() {
         if luminance > leaf.sums.brightest.0 {
             leaf.sums.brightest = (luminance, (first + run.start + offset) as u32);
@@ -127,7 +159,8 @@ fn add_run(texels: &Texels, y: usize, run: std::ops::Range<usize>, leaf: &mut Le
     }
     let angle = row.solid_angle;
     let count = run.len() as f64;
-    leaf.sums.power += power * angle;
+    let [plain_sin, plain_cos] = columns.sum(&run);
+    leaf.sums.power += DVec3::new(r, g, b) * angle;
     leaf.sums.energy += energy * angle;
     leaf.sums.moment += DVec3::new(by_sin * row.sin, energy * row.cos, -by_cos * row.sin) * angle;
     leaf.direction +=

@@ -19,23 +19,78 @@ pub(super) struct Cells<'a> {
     pub centres: Vec<DVec3>,
     /// The nearest centre of each item; of equally near ones the first, or the one it had before.
     pub labels: Vec<u32>,
-    /// Chords: at least the one to the own centre, at most the one to any other.
-    bounds: Vec<[f64; 2]>,
+    /// Σ moment of the items of each centre, kept up to date as they move.
+    moments: Vec<DVec3>,
+    /// Whether a moment lost so much at once that rounding shows in what is left.
+    rounded: bool,
+    bounds: Vec<Bounds>,
+    drift: Drift,
+}
+
+/// Chords of an item, as if no centre had ever moved: those that [`Drift`] keeps are added.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bounds {
+    /// At least the chord to the own centre.
+    own: f64,
+    /// At most the chord to any other.
+    other: f64,
+}
+
+/// How far the centres have moved in all.
+#[derive(Clone, Debug)]
+struct Drift {
+    /// Each of them.
+    own: Vec<f64>,
+    /// Sum of the farthest moves of all rounds.
+    farthest: f64,
+}
+
+/// Covers the rounding of distances.
+const SLACK: f64 = 1e-12;
+
+impl Drift {
+    /// Bounds of an item in a cell, from chords of now.
+    fn bounds(&self, label: u32, [own, other]: [f64; 2]) -> Bounds {
+        Bounds {
+            own: own - self.own[label as usize],
+            other: other + self.farthest,
+        }
+    }
+
+    /// Bounds of now on the chords of an item in a cell.
+    fn chords(&self, label: u32, bounds: &Bounds) -> [f64; 2] {
+        [
+            bounds.own + self.own[label as usize],
+            bounds.other - self.farthest,
+        ]
+    }
 }
 
 impl<'a> Cells<'a> {
     /// Assigns every item; there must be a centre.
     pub fn new(items: &'a [Item], centres: Vec<DVec3>) -> Self {
-        let mut cells = Self {
+        let drift = Drift {
+            own: vec![0.0; centres.len()],
+            farthest: 0.0,
+        };
+        let mut moments = vec![DVec3::ZERO; centres.len()];
+        let (labels, bounds) = items
+            .iter()
+            .map(|item| {
+                let (label, chords) = nearest(&centres, item.direction);
+                moments[label as usize] += item.moment;
+                (label, drift.bounds(label, chords))
+            })
+            .unzip();
+        Self {
             items,
             centres,
-            labels: vec![0; items.len()],
-            bounds: vec![[0.0; 2]; items.len()],
-        };
-        for (index, item) in items.iter().enumerate() {
-            (cells.labels[index], cells.bounds[index]) = nearest(&cells.centres, item.direction);
+            labels,
+            moments,
+            rounded: false,
+            bounds,
+            drift,
         }
-        cells
     }
 
     /// Direction of an item.
@@ -47,78 +102,97 @@ impl<'a> Cells<'a> {
     pub fn insert(&mut self, centre: DVec3) {
         let new = self.centres.len() as u32;
         self.centres.push(centre);
-        for (index, item) in self.items.iter().enumerate() {
-            let distance = (item.direction - centre).length();
-            let own = self.centres[self.labels[index] as usize];
-            let bounds = &mut self.bounds[index];
-            if distance >= bounds[0] {
-                bounds[1] = bounds[1].min(distance);
+        self.moments.push(DVec3::ZERO);
+        self.drift.own.push(0.0);
+        for index in 0..self.items.len() {
+            let direction = self.items[index].direction;
+            let label = self.labels[index];
+            let [own, other] = self.drift.chords(label, &self.bounds[index]);
+            let distance = (direction - centre).length();
+            if distance >= own {
+                let chords = [own, other.min(distance)];
+                self.bounds[index] = self.drift.bounds(label, chords);
                 continue;
             }
-            let exact = (item.direction - own).length();
+            let exact = (direction - self.centres[label as usize]).length();
             if distance < exact {
-                *bounds = [distance, exact.min(bounds[1])];
-                self.labels[index] = new;
+                self.assign(index, new, [distance, exact.min(other)]);
             } else {
-                *bounds = [exact, bounds[1].min(distance)];
+                self.assign(index, label, [exact, other.min(distance)]);
             }
         }
     }
 
-    /// Moves centres to the centroids of their cells and assigns again, until nothing changes or
-    /// `most` rounds have passed; returns the number of rounds. Centres of cells without a centroid
-    /// (empty, or balanced) stay.
-    pub fn relax(&mut self, most: usize) -> usize {
+    /// Puts an item into a cell, with chords of now.
+    fn assign(&mut self, index: usize, label: u32, chords: [f64; 2]) {
+        let old = std::mem::replace(&mut self.labels[index], label);
+        if old != label {
+            let moment = self.items[index].moment;
+            let left = self.moments[old as usize] - moment;
+            self.rounded |= left.length_squared() < 1e-8 * moment.length_squared();
+            self.moments[old as usize] = left;
+            self.moments[label as usize] += moment;
+        }
+        self.bounds[index] = self.drift.bounds(label, chords);
+    }
+
+    /// Moves centres to the centroids of their cells and assigns again, until nothing changes, no centre
+    /// moves as far as `least` or `most` rounds have passed; returns the number of rounds. Centres of
+    /// cells without a centroid (empty, or balanced) stay.
+    pub fn relax(&mut self, (most, least): (usize, f64)) -> usize {
         for round in 0..most {
-            let moved = self.move_centres();
-            if !self.assign_again(&moved) {
+            let farthest = self.move_centres();
+            if !self.assign_again() || farthest < least {
                 return round + 1;
             }
         }
         most
     }
 
-    /// Moves every centre to its centroid; returns how far.
-    pub fn move_centres(&mut self) -> Vec<f64> {
-        let mut moments = vec![DVec3::ZERO; self.centres.len()];
-        for (item, &label) in self.items.iter().zip(&self.labels) {
-            moments[label as usize] += item.moment;
-        }
-        let mut moved = vec![0.0; self.centres.len()];
-        for ((centre, moment), moved) in self.centres.iter_mut().zip(moments).zip(&mut moved) {
-            if let Some(centroid) = moment.try_normalize() {
-                *moved = (centroid - *centre).length();
-                *centre = centroid;
+    /// Moves every centre to its centroid; the farthest that one of them went.
+    pub fn move_centres(&mut self) -> f64 {
+        if std::mem::take(&mut self.rounded) {
+            self.moments.fill(DVec3::ZERO);
+            for (item, &label) in self.items.iter().zip(&self.labels) {
+                self.moments[label as usize] += item.moment;
             }
         }
-        moved
+        let mut farthest = 0.0f64;
+        let drifts = &mut self.drift.own;
+        for ((centre, moment), drift) in self.centres.iter_mut().zip(&self.moments).zip(drifts) {
+            if let Some(centroid) = moment.try_normalize() {
+                let moved = (centroid - *centre).length();
+                *centre = centroid;
+                *drift += moved;
+                farthest = farthest.max(moved);
+            }
+        }
+        self.drift.farthest += farthest;
+        farthest
     }
 
     /// Whether any item changed its cell.
-    fn assign_again(&mut self, moved: &[f64]) -> bool {
-        /// Covers the rounding of distances.
-        const SLACK: f64 = 1e-12;
-        let largest = moved.iter().copied().fold(0.0, f64::max);
+    fn assign_again(&mut self) -> bool {
         let mut changed = false;
-        for (index, item) in self.items.iter().enumerate() {
+        for index in 0..self.items.len() {
             let label = self.labels[index];
-            let bounds = &mut self.bounds[index];
-            bounds[0] += moved[label as usize];
-            bounds[1] -= largest;
-            if bounds[0] + SLACK < bounds[1] {
+            let [own, other] = self.drift.chords(label, &self.bounds[index]);
+            if own + SLACK < other {
                 continue;
             }
-            bounds[0] = (item.direction - self.centres[label as usize]).length();
-            if bounds[0] + SLACK < bounds[1] {
+            let direction = self.items[index].direction;
+            let own = (direction - self.centres[label as usize]).length();
+            if own + SLACK < other {
+                self.assign(index, label, [own, other]);
                 continue;
             }
-            let (new, exact) = nearest(&self.centres, item.direction);
-            if new != label && exact[0] < bounds[0] {
-                self.labels[index] = new;
-                *bounds = exact;
+            let (new, exact) = nearest(&self.centres, direction);
+            if new != label && exact[0] < own {
+                self.assign(index, new, exact);
                 changed = true;
             } else {
-                bounds[1] = if new == label { exact[1] } else { exact[0] };
+                let other = if new == label { exact[1] } else { exact[0] };
+                self.assign(index, label, [own, other]);
             }
         }
         changed
@@ -181,18 +255,45 @@ mod tests {
         let mut plain = centres;
         for round in 0..100 {
             assert_eq!(cells.labels, plain_labels(&items, &plain), "round {round}");
-            let moved = cells.move_centres();
+            cells.move_centres();
             let mut moments = vec![DVec3::ZERO; plain.len()];
             for (item, label) in items.iter().zip(plain_labels(&items, &plain)) {
                 moments[label as usize] += item.moment;
             }
             plain = moments.iter().map(|m| m.normalize()).collect();
-            assert_eq!(cells.centres, plain);
-            if !cells.assign_again(&moved) {
+            for (centre, plain) in cells.centres.iter().zip(&plain) {
+                assert!((*centre - *plain).length() < 1e-12, "{centre} {plain}");
+            }
+            if !cells.assign_again() {
                 assert!(round > 3);
                 break;
             }
         }
+    }
+
+    #[test]
+    fn a_cell_that_loses_a_sun_keeps_an_exact_centroid() {
+        let sun = Item {
+            direction: DVec3::X,
+            moment: DVec3::X * 1e20,
+        };
+        let dim = |y: f64| {
+            let direction = DVec3::new(0.6, y, 0.0).normalize();
+            Item {
+                direction,
+                moment: direction,
+            }
+        };
+        let items = [sun, dim(0.7), dim(0.8), dim(0.9)];
+        let mut cells = Cells::new(&items, vec![dim(0.8).direction]);
+        cells.insert(DVec3::X);
+        cells.relax((10, 0.0));
+        let expected = (items[1].moment + items[2].moment + items[3].moment).normalize();
+        assert!(
+            (cells.centres[0] - expected).length() < 1e-12,
+            "{}",
+            cells.centres[0]
+        );
     }
 
     #[test]
@@ -203,7 +304,7 @@ mod tests {
         for _ in 0..10 {
             cells.insert(direction(&mut rng));
             assert_eq!(cells.labels, plain_labels(&items, &cells.centres));
-            cells.relax(3);
+            cells.relax((3, 0.0));
         }
         // A centre on top of another takes nothing.
         cells.insert(cells.centres[2]);
