@@ -44,7 +44,8 @@ impl LocalBsdf<'_> {
     }
 
     /// Directions from which coatings and metals reflect light to the viewer, each with its weight: the
-    /// weights sum to the rest of [`LocalBsdf::directional_albedo`]. A fixed set, the same for all points.
+    /// weights sum to the rest of [`LocalBsdf::directional_albedo`], within 5 % on rough metals. A fixed set,
+    /// the same for all points.
     pub fn reflections(&self, view: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
         let turn = self.two_sided_turn(view);
         let view = view * turn;

@@ -147,7 +147,7 @@ fn base_and_reflections_are_the_directional_albedo() {
                 _ => (parts, integrate(|light| bsdf.evaluate(view, light))),
             };
             let error = (parts - whole).abs().max_element();
-            assert!(error < 0.04, "{name} at {cos}: {parts} {whole}");
+            assert!(error < 0.05, "{name} at {cos}: {parts} {whole}");
             for (light, _) in bsdf.reflections(view) {
                 assert!((light.length() - 1.0).abs() < 1e-4, "{name}: {light}");
                 assert!(light.z * view.z > 0.0, "{name} at {cos}: {light}");
