@@ -36,6 +36,9 @@ struct Directional {
     panoramas: Panoramas,
 }
 
+/// What a new record adds to these.
+type Known = (Change, Vec<Vec4>);
+
 /// Largest change by the position, of a record's own irradiance.
 const LARGEST_CHANGE: f32 = 0.3;
 
@@ -121,8 +124,7 @@ impl CachedFunction for IrradianceRecords<'_> {
         self.normals.extend(sites.iter().map(|s| s.site.normal));
         self.luminances.resize(end * directions, f16::ZERO);
         let directional = self.directional.as_ref();
-        let made: Vec<(Gathered, Option<(Change, Vec<Vec4>)>)> = self.luminances
-            [first * directions..]
+        let made: Vec<(Gathered, Option<Known>)> = self.luminances[first * directions..]
             .par_chunks_mut(directions)
             .zip(sites)
             .map(|(luminances, record)| {
