@@ -1,5 +1,9 @@
-//! Lloyd's relaxation of Voronoi cells on the sphere, with bounds that skip most distances (Hamerly
-//! 2010). The result is that of the plain algorithm.
+//! Lloyd's relaxation of Voronoi cells on the sphere. Items near each other are looked at together:
+//! a group whose ball lies in one cell goes there as a whole, and the others compare only with the
+//! centres whose cells their group's ball reaches (the filtering of Kanungo et al. 2002, with one level
+//! of groups in place of a tree). The result is that of the plain algorithm.
+
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -17,80 +21,49 @@ pub(super) struct Item {
 pub(super) struct Cells<'a> {
     items: &'a [Item],
     pub centres: Vec<DVec3>,
-    /// The nearest centre of each item; of equally near ones the first, or the one it had before.
+    /// The nearest centre of each item, of equally near ones the first.
     pub labels: Vec<u32>,
-    /// Σ moment of the items of each centre, kept up to date as they move.
+    /// Σ moment of the items of each centre.
     moments: Vec<DVec3>,
-    /// Whether a moment lost so much at once that rounding shows in what is left.
-    rounded: bool,
-    bounds: Vec<Bounds>,
-    drift: Drift,
+    groups: Vec<Group>,
+    /// Indices of the items, group by group.
+    members: Vec<u32>,
 }
 
-/// Chords of an item, as if no centre had ever moved: those that [`Drift`] keeps are added.
-#[derive(Clone, Copy, Debug, Default)]
-struct Bounds {
-    /// At least the chord to the own centre.
-    own: f64,
-    /// At most the chord to any other.
-    other: f64,
-}
-
-/// How far the centres have moved in all.
+/// Items near each other.
 #[derive(Clone, Debug)]
-struct Drift {
-    /// Each of them.
-    own: Vec<f64>,
-    /// Sum of the farthest moves of all rounds.
-    farthest: f64,
+struct Group {
+    /// Within [`Cells::members`].
+    members: Range<usize>,
+    /// A ball around all of them.
+    middle: DVec3,
+    radius: f64,
+    moment: DVec3,
+    /// The cell that all of them are in, if they were assigned together.
+    label: Option<u32>,
 }
 
-/// Covers the rounding of distances.
+/// Most members of a group.
+const MOST_MEMBERS: usize = 32;
+/// Covers the rounding of squared distances.
 const SLACK: f64 = 1e-12;
-
-impl Drift {
-    /// Bounds of an item in a cell, from chords of now.
-    fn bounds(&self, label: u32, [own, other]: [f64; 2]) -> Bounds {
-        Bounds {
-            own: own - self.own[label as usize],
-            other: other + self.farthest,
-        }
-    }
-
-    /// Bounds of now on the chords of an item in a cell.
-    fn chords(&self, label: u32, bounds: &Bounds) -> [f64; 2] {
-        [
-            bounds.own + self.own[label as usize],
-            bounds.other - self.farthest,
-        ]
-    }
-}
 
 impl<'a> Cells<'a> {
     /// Assigns every item; there must be a centre.
     pub fn new(items: &'a [Item], centres: Vec<DVec3>) -> Self {
-        let drift = Drift {
-            own: vec![0.0; centres.len()],
-            farthest: 0.0,
-        };
-        let mut moments = vec![DVec3::ZERO; centres.len()];
-        let (labels, bounds) = items
-            .iter()
-            .map(|item| {
-                let (label, chords) = nearest(&centres, item.direction);
-                moments[label as usize] += item.moment;
-                (label, drift.bounds(label, chords))
-            })
-            .unzip();
-        Self {
+        let mut members: Vec<u32> = (0..items.len() as u32).collect();
+        let mut groups = Vec::with_capacity(2 * items.len() / MOST_MEMBERS + 1);
+        divide(items, &mut members, 0, &mut groups);
+        let mut cells = Self {
             items,
             centres,
-            labels,
-            moments,
-            rounded: false,
-            bounds,
-            drift,
-        }
+            labels: vec![0; items.len()],
+            moments: Vec::new(),
+            groups,
+            members,
+        };
+        cells.assign();
+        cells
     }
 
     /// Direction of an item.
@@ -98,42 +71,10 @@ impl<'a> Cells<'a> {
         self.items[item].direction
     }
 
-    /// Adds a centre and gives it the items that are nearer to it than to their own.
+    /// Adds a centre and gives it the items that are nearer to it than to any other.
     pub fn insert(&mut self, centre: DVec3) {
-        let new = self.centres.len() as u32;
         self.centres.push(centre);
-        self.moments.push(DVec3::ZERO);
-        self.drift.own.push(0.0);
-        for index in 0..self.items.len() {
-            let direction = self.items[index].direction;
-            let label = self.labels[index];
-            let [own, other] = self.drift.chords(label, &self.bounds[index]);
-            let distance = (direction - centre).length();
-            if distance >= own {
-                let chords = [own, other.min(distance)];
-                self.bounds[index] = self.drift.bounds(label, chords);
-                continue;
-            }
-            let exact = (direction - self.centres[label as usize]).length();
-            if distance < exact {
-                self.assign(index, new, [distance, exact.min(other)]);
-            } else {
-                self.assign(index, label, [exact, other.min(distance)]);
-            }
-        }
-    }
-
-    /// Puts an item into a cell, with chords of now.
-    fn assign(&mut self, index: usize, label: u32, chords: [f64; 2]) {
-        let old = std::mem::replace(&mut self.labels[index], label);
-        if old != label {
-            let moment = self.items[index].moment;
-            let left = self.moments[old as usize] - moment;
-            self.rounded |= left.length_squared() < 1e-8 * moment.length_squared();
-            self.moments[old as usize] = left;
-            self.moments[label as usize] += moment;
-        }
-        self.bounds[index] = self.drift.bounds(label, chords);
+        self.assign();
     }
 
     /// Moves centres to the centroids of their cells and assigns again, until nothing changes, no centre
@@ -142,7 +83,7 @@ impl<'a> Cells<'a> {
     pub fn relax(&mut self, (most, least): (usize, f64)) -> usize {
         for round in 0..most {
             let farthest = self.move_centres();
-            if !self.assign_again() || farthest < least {
+            if !self.assign() || farthest < least {
                 return round + 1;
             }
         }
@@ -150,68 +91,110 @@ impl<'a> Cells<'a> {
     }
 
     /// Moves every centre to its centroid; the farthest that one of them went.
-    pub fn move_centres(&mut self) -> f64 {
-        if std::mem::take(&mut self.rounded) {
-            self.moments.fill(DVec3::ZERO);
-            for (item, &label) in self.items.iter().zip(&self.labels) {
-                self.moments[label as usize] += item.moment;
-            }
-        }
+    fn move_centres(&mut self) -> f64 {
         let mut farthest = 0.0f64;
-        let drifts = &mut self.drift.own;
-        for ((centre, moment), drift) in self.centres.iter_mut().zip(&self.moments).zip(drifts) {
+        for (centre, moment) in self.centres.iter_mut().zip(&self.moments) {
             if let Some(centroid) = moment.try_normalize() {
-                let moved = (centroid - *centre).length();
+                farthest = farthest.max((centroid - *centre).length());
                 *centre = centroid;
-                *drift += moved;
-                farthest = farthest.max(moved);
             }
         }
-        self.drift.farthest += farthest;
         farthest
     }
 
-    /// Whether any item changed its cell.
-    fn assign_again(&mut self) -> bool {
+    /// Puts every item into the cell of the nearest centre; whether any changed its cell.
+    fn assign(&mut self) -> bool {
         let mut changed = false;
-        for index in 0..self.items.len() {
-            let label = self.labels[index];
-            let [own, other] = self.drift.chords(label, &self.bounds[index]);
-            if own + SLACK < other {
+        let mut squared = vec![0.0; self.centres.len()];
+        let mut reached = Vec::with_capacity(self.centres.len());
+        self.moments.clear();
+        self.moments.resize(self.centres.len(), DVec3::ZERO);
+        for group in &mut self.groups {
+            cells_reached(&self.centres, group, &mut squared, &mut reached);
+            let members = &self.members[group.members.clone()];
+            if let [only] = reached[..] {
+                self.moments[only as usize] += group.moment;
+                if group.label != Some(only) {
+                    for &item in members {
+                        let old = std::mem::replace(&mut self.labels[item as usize], only);
+                        changed |= old != only;
+                    }
+                    group.label = Some(only);
+                }
                 continue;
             }
-            let direction = self.items[index].direction;
-            let own = (direction - self.centres[label as usize]).length();
-            if own + SLACK < other {
-                self.assign(index, label, [own, other]);
-                continue;
-            }
-            let (new, exact) = nearest(&self.centres, direction);
-            if new != label && exact[0] < own {
-                self.assign(index, new, exact);
-                changed = true;
-            } else {
-                let other = if new == label { exact[1] } else { exact[0] };
-                self.assign(index, label, [own, other]);
+            group.label = None;
+            for &item in members {
+                let Item { direction, moment } = self.items[item as usize];
+                let label = nearest(&self.centres, &reached, direction);
+                self.moments[label as usize] += moment;
+                let old = std::mem::replace(&mut self.labels[item as usize], label);
+                changed |= old != label;
             }
         }
         changed
     }
 }
 
-/// The nearest centre and the chords to it and to the next one.
-fn nearest(centres: &[DVec3], direction: DVec3) -> (u32, [f64; 2]) {
-    let (mut best, mut squared) = (0, [f64::INFINITY; 2]);
+/// Halves the items along the longest side of their box until they are few.
+fn divide(items: &[Item], members: &mut [u32], first: usize, groups: &mut Vec<Group>) {
+    let directions = || members.iter().map(|&m| items[m as usize].direction);
+    let low = directions().fold(DVec3::INFINITY, DVec3::min);
+    let high = directions().fold(DVec3::NEG_INFINITY, DVec3::max);
+    if members.len() > MOST_MEMBERS {
+        let axis = (high - low).max_position();
+        let half = members.len() / 2;
+        let along = |member: &u32| items[*member as usize].direction[axis];
+        members.select_nth_unstable_by(half, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+        let (left, right) = members.split_at_mut(half);
+        divide(items, left, first, groups);
+        divide(items, right, first + half, groups);
+        return;
+    }
+    let middle = 0.5 * (low + high);
+    let radius = directions()
+        .map(|d| (d - middle).length())
+        .fold(0.0, f64::max);
+    groups.push(Group {
+        members: first..first + members.len(),
+        middle,
+        radius,
+        moment: members.iter().map(|&m| items[m as usize].moment).sum(),
+        label: None,
+    });
+}
+
+/// The centres that can be the nearest of a point in the group's ball, in ascending order. A point `x`
+/// is nearer to `b` than to `a` beyond their bisector, of which the ball reaches no further than
+/// `|m − a|² − |m − b|² + 2 r |a − b|`.
+fn cells_reached(centres: &[DVec3], group: &Group, squared: &mut [f64], reached: &mut Vec<u32>) {
+    let mut best = 0;
     for (index, centre) in centres.iter().enumerate() {
-        let d = (direction - *centre).length_squared();
-        if d < squared[0] {
-            squared = [d, squared[0]];
-            best = index as u32;
-        } else if d < squared[1] {
-            squared[1] = d;
+        squared[index] = (group.middle - *centre).length_squared();
+        if squared[index] < squared[best] {
+            best = index;
         }
     }
-    (best, squared.map(f64::sqrt))
+    reached.clear();
+    for (index, centre) in centres.iter().enumerate() {
+        let ahead = squared[index] - squared[best] - SLACK;
+        let apart = (*centre - centres[best]).length_squared();
+        if ahead <= 0.0 || ahead * ahead <= 4.0 * group.radius * group.radius * apart {
+            reached.push(index as u32);
+        }
+    }
+}
+
+/// The nearest of some centres, of equally near ones the first.
+fn nearest(centres: &[DVec3], among: &[u32], direction: DVec3) -> u32 {
+    let (mut best, mut least) = (0, f64::INFINITY);
+    for &index in among {
+        let squared = (direction - centres[index as usize]).length_squared();
+        if squared < least {
+            (best, least) = (index, squared);
+        }
+    }
+    best
 }
 
 #[cfg(test)]
@@ -240,9 +223,10 @@ mod tests {
     }
 
     fn plain_labels(items: &[Item], centres: &[DVec3]) -> Vec<u32> {
+        let all: Vec<u32> = (0..centres.len() as u32).collect();
         items
             .iter()
-            .map(|item| nearest(centres, item.direction).0)
+            .map(|item| nearest(centres, &all, item.direction))
             .collect()
     }
 
@@ -264,11 +248,26 @@ mod tests {
             for (centre, plain) in cells.centres.iter().zip(&plain) {
                 assert!((*centre - *plain).length() < 1e-12, "{centre} {plain}");
             }
-            if !cells.assign_again() {
+            if !cells.assign() {
                 assert!(round > 3);
                 break;
             }
         }
+    }
+
+    #[test]
+    fn coincident_items_and_opposite_centres_have_their_cells() {
+        let item = Item {
+            direction: DVec3::Z,
+            moment: DVec3::Z,
+        };
+        let items = [item; 100];
+        let mut cells = Cells::new(&items, vec![-DVec3::Z, DVec3::X, DVec3::Y]);
+        // Both are equally near: the first has them, and moves there.
+        assert!(cells.labels.iter().all(|&label| label == 1));
+        assert_eq!(cells.relax((10, 0.0)), 1);
+        assert_eq!(cells.centres, [-DVec3::Z, DVec3::Z, DVec3::Y]);
+        assert_eq!(Cells::new(&[], vec![DVec3::X]).relax((10, 0.0)), 1);
     }
 
     #[test]
