@@ -22,7 +22,7 @@ use super::vector::{Seen, Vec3x8};
 use super::wide::{LEAF, WideTree};
 
 /// With this many rays or fewer, rays go on alone.
-const FEW: u32 = 8;
+const FEW: u32 = 5;
 
 /// See [`super::Caster::occluded_bundle`].
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
@@ -144,18 +144,23 @@ fn closest_tile<const TIGHT: bool>(
             child,
             distance_squared,
         } = stack[waiting];
-        if distance_squared > reach {
+        let rays = tile.reaching(distance_squared, rays);
+        if rays == 0 {
             continue;
         }
         if child & LEAF != 0 {
             let block = tree.block(child);
             let seen = Seen::<TIGHT>::new(block, origin);
+            let mut nearer = 0;
             for k in bits(rays) {
                 let crossing = seen.cross(tile.direction(k));
                 let limits = [0.0, tile.t_max[k / 8][k % 8]];
-                nearest_lane(&crossing, block, limits, &mut best[k]);
+                let found = nearest_lane(&crossing, block, limits, &mut best[k]);
+                nearer |= u64::from(found) << k;
             }
-            reach = tile.shorten(&best, rays);
+            if nearer != 0 {
+                reach = tile.shorten(&best, nearer);
+            }
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
                 let beam = tile.beam(k);

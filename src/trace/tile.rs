@@ -287,6 +287,19 @@ pub fn reach_squared(t_max: f32) -> f32 {
 }
 
 impl Tile<'_> {
+    /// The rays of `rays` whose limits are not nearer than the square of a distance.
+    #[inline]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub fn reaching(&self, distance_squared: f32, rays: u64) -> u64 {
+        let distance = _mm256_set1_ps(distance_squared.sqrt() * (1.0 - SLOPE_SLACK));
+        let mut reaching = 0;
+        for (group, limits) in self.t_max.iter().enumerate() {
+            let beyond = _mm256_cmp_ps::<_CMP_GE_OQ>(load(limits), distance);
+            reaching |= (_mm256_movemask_ps(beyond) as u64) << (8 * group);
+        }
+        reaching & rays
+    }
+
     /// Makes the hits of `rays` their limits and returns the square of the largest limit.
     #[inline]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
