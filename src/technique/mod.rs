@@ -13,6 +13,7 @@ pub mod importance_caching;
 pub mod irradiance_caching;
 mod method;
 mod passes;
+mod paths;
 mod per_sample;
 pub mod truth;
 

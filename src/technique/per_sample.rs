@@ -1,8 +1,8 @@
 //! The contender without records: the function itself, estimated at every camera sample.
 //!
 //! Passes of one random estimate a pixel are added until the counted rays reach those that evaluating the
-//! budget's records would take: one path (irradiance), one occlusion ray (ambient occlusion) or one
-//! virtual light (importance caching) a pass.
+//! budget's records would take: one path (irradiance), one occlusion ray (ambient occlusion), and one
+//! virtual light or path (importance caching) a pass.
 
 use serde::Deserialize;
 
@@ -30,8 +30,8 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
         summary: "no records: the function itself, estimated at every camera sample with as many \
                   rays as the records would take",
         source: "the outside contender of cached techniques: path tracing for irradiance, random \
-                 occlusion rays for ambient occlusion, one virtual light by its power for \
-                 importance",
+                 occlusion rays for ambient occlusion, one virtual light by its power or one \
+                 path for importance",
         bias: Bias::Unbiased,
         failures: &["noise falls with the square root of the rays only"],
         parameters: &[Parameter {

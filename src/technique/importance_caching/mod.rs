@@ -9,6 +9,10 @@
 //! Emission that the camera sees, and the environment behind everything, are exact and without noise
 //! in contenders and reference alike.
 //!
+//! With `reference = "paths"` the reference, and the contender without records, are path traced in place
+//! of summing or sampling the lights: errors then hold what the lights lack as well, and tell when
+//! records beat path tracing.
+//!
 //! *differs:* the ball that the bound of a record covers is a share of the distance to the record's
 //! M-th nearest, not the footprint of a record in the image, so that it fits any distribution.
 
@@ -25,6 +29,7 @@ use self::distributions::Distributions;
 use self::estimator::{Heuristic, KINDS, Rule};
 use self::records::{ImportanceRecords, Settings};
 use super::cached::CachedTechnique;
+use super::paths::{LayerPaths, RAYS_PER_SAMPLE, indirect};
 use super::{CachedFunction, Frame, Lookup, Rendered, ShadingFunction, Technique};
 use crate::cache::Interpolation;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
@@ -69,6 +74,19 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
                 meaning: "least distance to a light in the geometry term, in reference and contenders",
             },
             Parameter {
+                key: "reference",
+                default: "lights",
+                unit: "",
+                meaning: "what references and per-sample are made of: lights (their sum, and one of \
+                          them) or paths",
+            },
+            Parameter {
+                key: "reference_passes",
+                default: "512",
+                unit: "",
+                meaning: "paths of each pixel of a reference of paths",
+            },
+            Parameter {
                 key: "heuristic",
                 default: "balance",
                 unit: "",
@@ -105,6 +123,17 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     of_contenders: &["heuristic", "alpha", "bound_radius", "lookup"],
 };
 
+/// What references, and the contender without records, are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reference {
+    /// The virtual lights: their sum, and one of them by its power.
+    #[default]
+    Lights,
+    /// Path tracing of all light.
+    Paths,
+}
+
 /// Parameters of the technique.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -115,6 +144,9 @@ pub struct Parameters {
     pub seed: u64,
     /// r_min in diagonals of the scene.
     pub clamp: f32,
+    pub reference: Reference,
+    /// Paths of each pixel of a reference of paths.
+    pub reference_passes: u32,
     pub heuristic: Heuristic,
     /// Confidence in the kinds of distribution, in (0, 1].
     pub alpha: [f32; KINDS],
@@ -129,6 +161,8 @@ impl Default for Parameters {
             lights: 8192,
             seed: 1,
             clamp: 0.01,
+            reference: Reference::Lights,
+            reference_passes: 512,
             heuristic: Heuristic::Balance,
             alpha: [1.0; KINDS],
             bound_radius: 0.5,
@@ -157,6 +191,9 @@ impl ImportanceCaching {
         if !(0.0..=1.0).contains(&parameters.clamp) {
             let message = format!("clamp = {}: expected 0 to 1 diagonals", parameters.clamp);
             return error("clamp", message);
+        }
+        if parameters.reference_passes == 0 {
+            return error("reference_passes", "expected at least 1".into());
         }
         if !parameters.alpha.iter().all(|a| *a > 0.0 && *a <= 1.0) {
             let message = "alpha: each confidence must lie above 0 and be at most 1: without \
@@ -205,13 +242,29 @@ impl ImportanceCaching {
     }
 }
 
+/// Seed of references of paths.
+const REFERENCE_SEED: u64 = 0;
+
+/// All light, path traced.
+fn paths<'a>(frame: &'a Frame<'a>, seed: u64) -> LayerPaths<'a> {
+    LayerPaths {
+        frame,
+        direct: true,
+        indirect: Some(indirect(frame)),
+        seed,
+    }
+}
+
 impl Technique for ImportanceCaching {
     fn needs(&self) -> Needs {
         Needs::ALL
     }
 
     fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
-        Box::new(exact::AllLights::new(frame, self.lights(frame)))
+        match self.parameters.reference {
+            Reference::Lights => Box::new(exact::AllLights::new(frame, self.lights(frame))),
+            Reference::Paths => Box::new(paths(frame, REFERENCE_SEED)),
+        }
     }
 
     fn exposure_stops(&self, scene: &Scene) -> f32 {
@@ -219,11 +272,21 @@ impl Technique for ImportanceCaching {
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {
-        spp
+        match self.parameters.reference {
+            Reference::Lights => spp,
+            Reference::Paths => self.parameters.reference_passes.next_multiple_of(spp),
+        }
     }
 
     fn reference_is_random(&self) -> bool {
-        false
+        self.parameters.reference == Reference::Paths
+    }
+
+    fn rays_per_reference_sample(&self) -> u64 {
+        match self.parameters.reference {
+            Reference::Lights => 1 + self.parameters.lights as u64,
+            Reference::Paths => RAYS_PER_SAMPLE,
+        }
     }
 
     fn rays_per_evaluation(&self) -> u64 {
@@ -256,7 +319,10 @@ impl CachedTechnique for ImportanceCaching {
     }
 
     fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
-        Box::new(exact::OneLight::new(frame, self.lights(frame), seed))
+        match self.parameters.reference {
+            Reference::Lights => Box::new(exact::OneLight::new(frame, self.lights(frame), seed)),
+            Reference::Paths => Box::new(paths(frame, seed)),
+        }
     }
 
     fn is_noisy(&self) -> bool {

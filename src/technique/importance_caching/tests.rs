@@ -14,7 +14,8 @@ use crate::scene::{
 };
 use crate::shade::Gathering;
 use crate::technique::{
-    CachedFunction, Contender, Film, Frame, Method, RecordSite, Seen, Technique, reference_pass,
+    CachedFunction, Contender, Film, Frame, Method, Passes, RecordSite, Seen, Technique,
+    reference_pass,
 };
 use crate::trace::{RayCounter, Tracer};
 
@@ -350,6 +351,51 @@ fn nothing_passes_a_thin_wall() {
         assert_eq!(black(&reference) == WIDTH * HEIGHT, dark);
         assert!(!dark || contenders.iter().all(|image| *image == reference));
     }
+}
+
+#[test]
+fn a_reference_of_paths_is_the_mean_of_path_tracing_and_close_to_the_lights() {
+    let scene = room(grey(), [0.6, 10.0]);
+    let technique = technique("lights = 4000\nreference = \"paths\"\nreference_passes = 1000");
+    assert!(technique.reference_is_random());
+    with_frame(&scene, |frame| {
+        let function = technique.shading_function(frame);
+        let counter = RayCounter::default();
+        let mut passes = Passes::new(frame, function.as_ref());
+        for _ in 0..technique.reference_samples(1) {
+            passes.add(&counter);
+        }
+        assert_eq!((passes.count, passes.non_finite), (1000, 0));
+        let reference = passes.mean();
+        let contenders = |method: &str, table: &str, seeds: u64| {
+            let table: Table = table.parse().expect("toml");
+            let method = Method::new(&ENTRY, method, &table).expect("a method");
+            let contender = |seed| Contender {
+                method: &method,
+                budget: 20,
+                seed,
+                reference: None,
+            };
+            (1..=seeds)
+                .map(|seed| technique.render(frame, &contender(seed)).expect("an image"))
+                .map(|rendered| rendered.image)
+                .collect()
+        };
+        let traced = brightness(&(
+            reference.clone(),
+            contenders("per-sample", "passes = 40", 12),
+        ));
+        let [mean, sigma, truth] = traced;
+        assert!(
+            (mean - truth).abs() < 5.0 * sigma,
+            "{mean} ± {sigma}, {truth}"
+        );
+        assert!(sigma < 0.01 * truth, "{mean} ± {sigma}");
+        let [mean, sigma, truth] = brightness(&(reference, contenders("IM", "", 24)));
+        let bound = 5.0 * sigma + 0.05 * truth;
+        assert!((mean - truth).abs() < bound, "{mean} ± {sigma}, {truth}");
+        assert!(sigma < 0.05 * truth, "{mean} ± {sigma}");
+    });
 }
 
 #[test]

@@ -11,7 +11,6 @@ mod change;
 mod gather;
 pub mod on_demand;
 mod panorama;
-mod paths;
 mod records;
 
 use std::f32::consts::FRAC_1_PI;
@@ -22,9 +21,9 @@ use serde::{Deserialize, Serialize};
 
 use self::gather::Gatherer;
 use self::panorama::Panoramas;
-use self::paths::{Layer, LayerPaths};
 use self::records::IrradianceRecords;
 use super::cached::{self, CachedTechnique};
+use super::paths::{Layer, LayerPaths, RAYS_PER_SAMPLE, indirect};
 use super::{
     CachedFunction, Contender, Frame, Lookup, Method, Passes, Rendered, Seen, ShadingFunction,
     Technique,
@@ -34,7 +33,6 @@ use crate::image::Image;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::equal_area_hemisphere;
 use crate::scene::{Needs, Scene};
-use crate::shade::Depths;
 use crate::trace::RayCounter;
 
 /// The registry's entry.
@@ -123,8 +121,6 @@ struct IrradianceCaching {
 
 /// Seed of the reference.
 const REFERENCE_SEED: u64 = 0;
-/// Paths end at random from here on.
-const ROULETTE_FROM: u32 = 2;
 
 impl IrradianceCaching {
     fn new(parameters: Parameters) -> Result<Self, ParameterError> {
@@ -148,21 +144,11 @@ impl IrradianceCaching {
         })
     }
 
-    /// Light paths from a surface that the camera sees: those of at least two scatterings, in a
-    /// scene that follows paths of `max_depth` edges.
-    fn depths(frame: &Frame) -> Depths {
-        Depths {
-            first: 2,
-            last: frame.scene.max_depth.saturating_sub(1),
-            roulette_from: Some(ROULETTE_FROM),
-        }
-    }
-
     fn paths<'a>(&self, frame: &'a Frame<'a>, seed: u64) -> LayerPaths<'a> {
         LayerPaths {
             frame,
             direct: self.parameters.layer == Layer::Global,
-            indirect: Some(Self::depths(frame)),
+            indirect: Some(indirect(frame)),
             seed,
         }
     }
@@ -230,7 +216,7 @@ impl Technique for IrradianceCaching {
     }
 
     fn rays_per_reference_sample(&self) -> u64 {
-        6
+        RAYS_PER_SAMPLE
     }
 
     fn cached(&self) -> Option<&dyn CachedTechnique> {
@@ -239,7 +225,7 @@ impl Technique for IrradianceCaching {
 
     fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
         if let Method::OnDemand(method) = contender.method {
-            let gathering = (method, Self::depths(frame), self.directions.len());
+            let gathering = (method, indirect(frame), self.directions.len());
             let mut rendered = on_demand::render(frame, contender, gathering);
             self.finish(frame, &mut rendered);
             return Ok(rendered);
@@ -257,7 +243,7 @@ impl CachedTechnique for IrradianceCaching {
         let gatherer = Gatherer {
             frame,
             directions: &self.directions,
-            depths: Self::depths(frame),
+            depths: indirect(frame),
             seed,
         };
         let records = IrradianceRecords::new(gatherer, interpolation.gradient());

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
+use super::{Frame, Seen, ShadingFunction};
 use crate::sample::{Rng, additive, hash};
 use crate::shade::Depths;
-use crate::technique::{Frame, Seen, ShadingFunction};
 use crate::trace::Caster;
 
 /// Keys the paths of direct and of indirect light.
@@ -19,6 +19,21 @@ pub enum Layer {
     Indirect,
     /// All light: emission and direct light added.
     Global,
+}
+
+/// Rays of one sample in the shipped scenes, about, for cost estimates.
+pub const RAYS_PER_SAMPLE: u64 = 6;
+/// Paths end at random from here on.
+const ROULETTE_FROM: u32 = 2;
+
+/// Light paths from a surface that the camera sees: those of at least two scatterings, in a scene
+/// that follows paths of `max_depth` edges.
+pub fn indirect(frame: &Frame) -> Depths {
+    Depths {
+        first: 2,
+        last: frame.scene.max_depth.saturating_sub(1),
+        roulette_from: Some(ROULETTE_FROM),
+    }
 }
 
 /// One estimate of a layer for each pixel and pass.
