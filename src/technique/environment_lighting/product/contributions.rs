@@ -3,9 +3,10 @@
 //! Chunks of 64 neighbouring lights are looked at first, as if each were one light; where such a chunk
 //! makes a highlight, its eight parts take its place, and where one of these does, its lights. A surface
 //! scatters by up to three terms, each a colour times a number a light: the loops work on the numbers of
-//! eight lights at once.
+//! eight lights at once, in one register where the processor has such, with the same results.
 
 use glam::Vec3;
+use multiversion::multiversion;
 
 use super::irradiance::Irradiance;
 use super::lights::{Chunk, LANES, LEVELS, Lane, LightArrays, larger};
@@ -13,6 +14,7 @@ use super::terms::{Numbers, Terms};
 
 /// The uppermost level of chunks.
 const TOP: usize = LEVELS - 1;
+const _: () = assert!(TOP == 2, "chunks, chunks of chunks and lights");
 
 /// Contributions at one point; reused from point to point.
 #[derive(Default)]
@@ -65,9 +67,30 @@ struct Limits {
 /// Power of a term by group and channel.
 type Sums = [[Vec3; 2]; 4];
 
+/// All of [`Contributions::evaluate`] is compiled into this, for each kind of processor.
+#[multiversion(targets("x86_64+avx2"))]
+fn evaluate(
+    contributions: &mut Contributions,
+    sources: (&LightArrays, &Irradiance),
+    terms: &Terms,
+    detail: Detail,
+) {
+    contributions.evaluate_inlined(sources, terms, detail);
+}
+
 impl Contributions {
     /// Evaluates the lights.
     pub fn evaluate(
+        &mut self,
+        sources: (&LightArrays, &Irradiance),
+        terms: &Terms,
+        detail: Detail,
+    ) {
+        evaluate(self, sources, terms, detail);
+    }
+
+    #[inline(always)]
+    fn evaluate_inlined(
         &mut self,
         (lights, irradiance): (&LightArrays, &Irradiance),
         terms: &Terms,
@@ -88,6 +111,7 @@ impl Contributions {
         self.sum_up(lights, irradiance, terms);
     }
 
+    #[inline(always)]
     fn look_at_top(&mut self, lights: &LightArrays, terms: &Terms) {
         self.top.clear();
         self.weights.clear();
@@ -123,6 +147,7 @@ impl Contributions {
     }
 
     /// Replaces chunks by their parts, level by level.
+    #[inline(always)]
     fn open(&mut self, lights: &LightArrays, terms: &Terms, detail: Detail) {
         let gloss = terms.gloss_term();
         let limits = match detail {
@@ -140,32 +165,41 @@ impl Contributions {
             let (chunk, lane) = (at / LANES, at % LANES);
             let whole = (&lights.levels[TOP][chunk], &self.top[chunk]);
             if self.reaches(limits, (whole, lane), self.weights[at]) {
-                self.weights[at] = self.open_chunk((lights, terms), (TOP - 1, at), limits);
+                self.weights[at] = self.open_chunk((lights, terms), at, limits);
             }
         }
     }
 
-    /// Looks at the lanes of a chunk, and at the parts of those that are worth it. The sum of their weights.
+    /// Looks at the lanes of a chunk of chunks, and at the lights of those that are worth it. The sum of
+    /// their weights.
+    #[inline(always)]
     fn open_chunk(
         &mut self,
         (lights, terms): (&LightArrays, &Terms),
-        (level, at): (usize, usize),
+        at: usize,
         limits: Limits,
     ) -> f32 {
-        let chunk = &lights.levels[level][at];
+        let chunk = &lights.levels[1][at];
         let numbers = terms.numbers(chunk);
         let mut weights = self.weights_of(chunk, &numbers);
-        if level > 0 {
-            for (lane, weight) in weights.iter_mut().enumerate() {
-                if self.reaches(limits, ((chunk, &numbers), lane), *weight) {
-                    let part = (level - 1, at * LANES + lane);
-                    *weight = self.open_chunk((lights, terms), part, limits);
-                }
+        for lane in 0..LANES {
+            if self.reaches(limits, ((chunk, &numbers), lane), weights[lane]) {
+                let part = at * LANES + lane;
+                let lights = &lights.levels[0][part];
+                let numbers = terms.numbers(lights);
+                let own = self.weights_of(lights, &numbers);
+                weights[lane] = self.keep((0, part), numbers, own);
             }
         }
-        self.own[level][at] = self.opened[level].len() as u32;
+        self.keep((1, at), numbers, weights)
+    }
+
+    /// Takes a chunk of a lower level among those that are looked at themselves. The sum of its weights.
+    #[inline(always)]
+    fn keep(&mut self, (level, chunk): (usize, usize), numbers: Numbers, weights: Lane) -> f32 {
+        self.own[level][chunk] = self.opened[level].len() as u32;
         self.opened[level].push(Opened {
-            chunk: at,
+            chunk,
             numbers,
             weights,
         });
@@ -198,6 +232,7 @@ impl Contributions {
     }
 
     /// U of both groups.
+    #[inline(always)]
     fn sum_up(&mut self, lights: &LightArrays, irradiance: &Irradiance, terms: &Terms) {
         let mut sums: Sums = [[Vec3::ZERO; 2]; 4];
         // What is diffuse alone follows from the irradiance.
@@ -245,6 +280,7 @@ impl Contributions {
     }
 
     /// 1 for the lanes of a chunk that their parts do not replace, 0 for the others.
+    #[inline(always)]
     fn kept(&self, level: usize, chunk: usize) -> Lane {
         if level == 0 {
             return [1.0; LANES];

@@ -94,15 +94,18 @@ impl<'a> Places<'a> {
 /// and where that lane begins.
 #[inline(always)]
 fn lane_at(weights: &Lane, start: f32, target: f32) -> Option<(usize, f32)> {
-    let (mut sum, mut found) = (start, None);
+    // Without branches: where the target lies is no more likely in one lane than in another.
+    let (mut begins, mut sum) = ([0.0; LANES], start);
+    let (mut positive, mut passed) = (0u32, 0u32);
     for (lane, &weight) in weights.iter().enumerate() {
-        if weight > 0.0 {
-            found = Some((lane, sum));
-            if sum + weight > target {
-                break;
-            }
-        }
+        begins[lane] = sum;
         sum += weight;
+        positive |= u32::from(weight > 0.0) << lane;
+        passed |= u32::from(sum > target) << lane;
     }
-    found
+    let lane = match positive & passed {
+        0 => positive.checked_ilog2()?,
+        lanes => lanes.trailing_zeros(),
+    };
+    Some((lane as usize, begins[lane as usize]))
 }
