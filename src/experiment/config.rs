@@ -160,13 +160,14 @@ pub struct TableSpec {
     /// `methods` (one line a method, columns scene × metric), `averages` (one line a method, means over
     /// the scenes and mean ranks; `[[published]]` numbers of scene `*` stand beside), `stages` (one line a stage, columns
     /// scene × method), `sweep` (one line a method, columns the swept values), `equal-cost` (one
-    /// line a method, its error against the first method's at equal `cost`).
+    /// line a method, its error against the first method's at equal `cost`), `equal-error` (its `cost`
+    /// against the first method's at equal error).
     #[serde(default = "methods_kind")]
     pub kind: TableKind,
     /// Row columns: `rmse`, `flip_ldr`, `seconds_total`, `shadow_rays`, …
     #[serde(default = "default_metrics")]
     pub metrics: Vec<String>,
-    /// `equal-cost`: the row column that is held equal, `all_rays` or `seconds_total`, say.
+    /// `equal-cost`, `equal-error`: the row column of the cost, `all_rays` or `seconds_total`, say.
     #[serde(default = "default_cost")]
     pub cost: String,
 }
@@ -179,6 +180,7 @@ pub enum TableKind {
     Stages,
     Sweep,
     EqualCost,
+    EqualError,
 }
 
 fn default_cost() -> String {

@@ -1,23 +1,26 @@
-//! Error at equal cost: each method's error where its curve over the swept budgets costs as much as
-//! the first method did.
+//! Error at equal cost, or cost at equal error: where each method's curve over the swept budgets costs, or
+//! errs, as much as the first method did.
 
 use super::column::Column;
 use super::data::{Case, Data, SceneOf};
 use super::estimate::{Estimate, Standing};
 use super::table::{Block, Cell, Group, Line, Record, Table};
-use crate::experiment::TableSpec;
+use crate::experiment::{TableKind, TableSpec};
 
-/// Cost and error of a method at each swept budget, as logarithms, by rising cost.
+/// What is held equal and what is compared, of a method at each swept budget, as logarithms, by rising
+/// first number.
 type Curve = Vec<(f64, f64)>;
 
-/// One line a method, columns scene × metric: how much larger or smaller its error is than that of the
-/// first method at the same cost, in per cent.
+/// One line a method, columns scene × metric. [`TableKind::EqualCost`]: how much larger or smaller its
+/// error is than that of the first method at the same cost, in per cent. [`TableKind::EqualError`]: its
+/// cost where it errs as much as the first method, in costs of that.
 ///
-/// Errors between budgets are interpolated along the curve, linearly in logarithms; where a curve
-/// does not reach the first method's cost nothing is said, nothing is extrapolated. Over several of
+/// Between budgets curves are interpolated linearly in logarithms; where a curve
+/// does not reach what the first method has nothing is said, nothing is extrapolated. Over several of
 /// its budgets, and over all scenes, ratios are averaged geometrically.
 pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
     let cost = Column::of(&spec.cost);
+    let is_cost_equal = spec.kind == TableKind::EqualCost;
     let mut lines: Vec<Line> = data
         .labels
         .iter()
@@ -35,22 +38,36 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
         };
         let mut columns = Vec::new();
         for key in &spec.metrics {
-            columns.push(format!("{}, %", Column::of(key).heading));
+            let error = Column::of(key).heading;
+            columns.push(match is_cost_equal {
+                true => format!("{error}, %"),
+                false => format!("at equal {error}, ×"),
+            });
+            let axes = match is_cost_equal {
+                true => [spec.cost.as_str(), key],
+                false => [key, spec.cost.as_str()],
+            };
             let ratios: Vec<Option<f64>> = data
                 .labels
                 .iter()
-                .map(|label| mean_ratio(data, scenes, (label, key, &spec.cost)))
+                .map(|label| mean_ratio(data, scenes, (label, axes)))
                 .collect();
             let best = ratios.iter().flatten().copied().reduce(f64::min);
             for ((label, line), ratio) in data.labels.iter().zip(&mut lines).zip(ratios) {
-                let change = ratio.map(|ratio| 100.0 * ratio.exp_m1());
+                let change = ratio.map(|ratio| match is_cost_equal {
+                    true => 100.0 * ratio.exp_m1(),
+                    false => ratio.exp(),
+                });
                 let standing = match ratio {
                     Some(_) if ratio == best && data.labels.len() > 1 => Standing::Best,
                     _ => Standing::Plain,
                 };
                 line.cells
                     .push(change.map_or_else(Cell::empty, |change| Cell {
-                        text: format!("{change:+.1}"),
+                        text: match is_cost_equal {
+                            true => format!("{change:+.1}"),
+                            false => format!("{change:.2}"),
+                        },
                         standing,
                         published: false,
                     }));
@@ -59,7 +76,10 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
                     paper_scene: scene.paper.clone(),
                     sweep: String::new(),
                     method: label.clone(),
-                    metric: format!("{key} at equal {}, change in per cent", cost.key),
+                    metric: match is_cost_equal {
+                        true => format!("{key} at equal {}, change in per cent", cost.key),
+                        false => format!("{} at equal {key}, ratio", cost.key),
+                    },
                     estimate: change.and_then(Estimate::exact),
                     published: None,
                     standing,
@@ -76,32 +96,44 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
         lines,
     });
     let first = data.labels.first().map_or("", String::as_str);
+    let (what, none) = match is_cost_equal {
+        true => (
+            format!(
+                "Change of the error against {first} at equal {}, per cent",
+                cost.heading
+            ),
+            "no budget of the two costs the same",
+        ),
+        false => (
+            format!(
+                "{} at the error of {first}, in those of {first}",
+                cost.heading
+            ),
+            "no budget of the two errs as much",
+        ),
+    };
     table.notes = vec![
         format!(
-            "Change of the error against {first} at equal {}, per cent: curves over the swept budgets, \
-             interpolated linearly in logarithms, never extrapolated; ratios averaged geometrically.",
-            cost.heading
+            "{what}: curves over the swept budgets, interpolated linearly in logarithms, never \
+             extrapolated; ratios averaged geometrically."
         ),
-        "Bold: best of its column. —: no budget of the two costs the same.".into(),
+        format!("Bold: best of its column. —: {none}."),
     ];
     table
 }
 
-/// Mean logarithm of a method's error over the first method's at the same cost, over scenes and the
-/// first method's budgets that the method's curve reaches.
-fn mean_ratio(
-    data: &Data,
-    scenes: &[SceneOf],
-    (label, metric, cost): (&str, &str, &str),
-) -> Option<f64> {
+/// Mean logarithm of what a method has over what the first method has, in the second of the columns
+/// `axes`, where the first is equal: over scenes and the first method's budgets that the method's curve
+/// reaches.
+fn mean_ratio(data: &Data, scenes: &[SceneOf], (label, axes): (&str, [&str; 2])) -> Option<f64> {
     let first = data.labels.first()?;
     let mut means = Vec::new();
     for scene in scenes {
-        let base = curve(data, scene, (first, metric, cost));
-        let own = curve(data, scene, (label, metric, cost));
+        let base = curve(data, scene, (first, axes));
+        let own = curve(data, scene, (label, axes));
         let ratios: Vec<f64> = base
             .iter()
-            .filter_map(|(at, error)| Some(interpolate(&own, *at)? - error))
+            .filter_map(|(at, value)| Some(interpolate(&own, *at)? - value))
             .collect();
         if !ratios.is_empty() {
             means.push(ratios.iter().sum::<f64>() / ratios.len() as f64);
@@ -110,7 +142,7 @@ fn mean_ratio(
     (!means.is_empty()).then(|| means.iter().sum::<f64>() / means.len() as f64)
 }
 
-fn curve(data: &Data, scene: &SceneOf, (label, metric, cost): (&str, &str, &str)) -> Curve {
+fn curve(data: &Data, scene: &SceneOf, (label, axes): (&str, [&str; 2])) -> Curve {
     let mut curve: Curve = data
         .points
         .iter()
@@ -120,9 +152,9 @@ fn curve(data: &Data, scene: &SceneOf, (label, metric, cost): (&str, &str, &str)
                 label,
                 point,
             };
-            let cost = data.estimate(case(), cost)?.mean;
-            let error = data.estimate(case(), metric)?.mean;
-            (cost > 0.0 && error > 0.0).then(|| (cost.ln(), error.ln()))
+            let [held, compared] = axes.map(|axis| data.estimate(case(), axis));
+            let (held, compared) = (held?.mean, compared?.mean);
+            (held > 0.0 && compared > 0.0).then(|| (held.ln(), compared.ln()))
         })
         .collect();
     curve.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -131,10 +163,10 @@ fn curve(data: &Data, scene: &SceneOf, (label, metric, cost): (&str, &str, &str)
 
 /// The value of a curve, `None` outside of it.
 fn interpolate(curve: &Curve, at: f64) -> Option<f64> {
-    if let Some((_, error)) = curve.iter().find(|(cost, _)| *cost == at) {
-        return Some(*error);
+    if let Some((_, value)) = curve.iter().find(|(held, _)| *held == at) {
+        return Some(*value);
     }
-    let after = curve.iter().position(|(cost, _)| *cost > at)?;
+    let after = curve.iter().position(|(held, _)| *held > at)?;
     let ((a, from), (b, to)) = (*curve.get(after.checked_sub(1)?)?, curve[after]);
     Some(from + (to - from) * (at - a) / (b - a))
 }

@@ -23,7 +23,9 @@ pub fn all(data: &Data) -> Vec<Table> {
             TableKind::Averages => averages(data, spec),
             TableKind::Stages => stages(data, spec),
             TableKind::Sweep => sweep(data, spec),
-            TableKind::EqualCost => equal_cost(data, spec, start(spec, "Method")),
+            TableKind::EqualCost | TableKind::EqualError => {
+                equal_cost(data, spec, start(spec, "Method"))
+            }
         })
         .collect()
 }
