@@ -192,6 +192,16 @@ fn a_sweep_has_a_block_per_scene_and_metric() {
 name = "swept"
 kind = "sweep"
 metrics = ["rmse"]
+[[table]]
+name = "equal-cost"
+kind = "equal-cost"
+cost = "shadow_rays"
+metrics = ["rmse"]
+[[table]]
+name = "equal-error"
+kind = "equal-error"
+cost = "shadow_rays"
+metrics = ["rmse"]
 [[figure]]
 name = "curve"
 kind = "curves"
@@ -225,6 +235,11 @@ values = { rmse = 0.033 }
         markdown.contains("| VGC (paper) | — | 0.0330 | — |"),
         "{markdown}"
     );
+    // Errors are 3/√n and 2/√n.
+    let equal_cost = folder.text("tables/equal-cost.md");
+    assert!(equal_cost.contains("| VGC | **-33.3** |"), "{equal_cost}");
+    let equal_error = folder.text("tables/equal-error.md");
+    assert!(equal_error.contains("| VGC | **0.44** |"), "{equal_error}");
     assert!(
         written.summary.contains("statues caches=2000: holds"),
         "{}",

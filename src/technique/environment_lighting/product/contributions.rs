@@ -182,13 +182,13 @@ impl Contributions {
         let chunk = &lights.levels[1][at];
         let numbers = terms.numbers(chunk);
         let mut weights = self.weights_of(chunk, &numbers);
-        for lane in 0..LANES {
-            if self.reaches(limits, ((chunk, &numbers), lane), weights[lane]) {
+        for (lane, weight) in weights.iter_mut().enumerate() {
+            if self.reaches(limits, ((chunk, &numbers), lane), *weight) {
                 let part = at * LANES + lane;
                 let lights = &lights.levels[0][part];
                 let numbers = terms.numbers(lights);
                 let own = self.weights_of(lights, &numbers);
-                weights[lane] = self.keep((0, part), numbers, own);
+                *weight = self.keep((0, part), numbers, own);
             }
         }
         self.keep((1, at), numbers, weights)
