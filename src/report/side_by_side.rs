@@ -72,6 +72,8 @@ pub fn draw(
     let Some(main) = there.last() else {
         return Err("no images of these methods".into());
     };
+    // Not every method keeps records.
+    let records = there.iter().filter_map(|p| p.row.caches).max();
     let size = (main.beauty.width, main.beauty.height);
     let windows = windows(&there, size, insets);
     let layout = Layout::new(size, windows.len());
@@ -109,7 +111,7 @@ pub fn draw(
             "{} × {} pixels, {}, seed {}. Frames mark the insets; below them the FLIP map; errors are those of the run shown, the least underlined.",
             size.0,
             size.1,
-            main.row.caches.map_or_else(
+            records.map_or_else(
                 || main.row.budget.clone(),
                 |n| format!("{} records", number::count(n))
             ),
