@@ -1,8 +1,7 @@
 //! Indirect lights at reduced resolution (Wu 2024, section 3.4).
 //!
-//! Pixels that resemble no neighbour on the grid (every weight of the upsampling is 0 in single
-//! precision) are shaded themselves; their share is measured before lights are made, so that the
-//! budget of rays holds.
+//! Pixels that resemble no neighbour on the grid are shaded themselves; their share is measured before
+//! lights are made, so that the budget of rays holds.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,11 +13,11 @@ use super::upsampling::{Feature, Grid, upsample};
 use crate::image::Image;
 use crate::trace::RayCounter;
 
-/// Shadow rays of an indirect light per surface pixel at this reduction: one for each block, and one
+/// Shadow rays of an indirect light per surface pixel at this reduction and budget of rays: one for each block, and one
 /// for each pixel that is shaded itself, as counted at the first sub-pixel sample.
 pub(super) fn indirect_cost(
     illumination: &Illumination,
-    reduction: usize,
+    (reduction, rays): (usize, usize),
     counter: &RayCounter,
 ) -> f64 {
     if reduction == 1 {
@@ -27,7 +26,7 @@ pub(super) fn indirect_cost(
     let grid = Grid::new(illumination.frame, reduction, 0);
     let features = features(illumination, &look(illumination, counter, 0));
     let low = vec![Vec3::ZERO; grid.pixels().count()];
-    let carried = upsample(illumination.frame, &grid, (&features, &low));
+    let carried = upsample(illumination.frame, &grid, (&features, &low), rays);
     let (mut surfaces, mut gaps) = (0u64, 0u64);
     for (feature, value) in features.iter().zip(&carried) {
         surfaces += u64::from(feature.is_some());
@@ -64,6 +63,8 @@ fn features(illumination: &Illumination, seen: &[Option<Seen>]) -> Vec<Option<Fe
 pub(super) struct Reduced<'a> {
     pub illumination: &'a Illumination<'a>,
     pub counter: &'a RayCounter,
+    /// Shadow rays per shading point.
+    pub rays: usize,
     /// Interleaved sets of lights for every pixel, and of those for the grid.
     pub sets: [Vec<Vec<Parallel>>; 2],
 }
@@ -94,7 +95,7 @@ impl Reduced<'_> {
                     .pixels()
                     .map(|pixel| shaded[pixel as usize].indirect)
                     .collect();
-                upsample(frame, &grid, (&features, &low))
+                upsample(frame, &grid, (&features, &low), self.rays)
             });
             gaps += count_gaps(&seen, &carried);
             let carried = rendered

@@ -120,7 +120,8 @@ impl Global<'_> {
         let map = self.illumination.environment;
         let mut rendered = Rendered::default();
         let cost = rendered.stages.time("upsampling", || {
-            indirect_cost(self.illumination, sampler.reduction(), self.counter)
+            let how = (sampler.reduction(), contender.budget);
+            indirect_cost(self.illumination, how, self.counter)
         });
         let (set, versions) = rendered.stages.time("light_generation", || {
             let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
@@ -155,6 +156,7 @@ impl Global<'_> {
             Reduced {
                 illumination: self.illumination,
                 counter: self.counter,
+                rays: contender.budget,
                 sets: [full, low],
             }
             .render(sampler.reduction(), &mut rendered);

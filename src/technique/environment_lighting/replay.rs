@@ -31,7 +31,8 @@ pub(super) fn replay(
         }
         EnvironmentSampler::Lights(sampler) => {
             let map = illumination.environment;
-            let cost = indirect_cost(illumination, sampler.reduction(), &counter);
+            let how = (sampler.reduction(), contender.budget);
+            let cost = indirect_cost(illumination, how, &counter);
             let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
             let sets = parameters.interleaved_sets;
             set.interleaved(sets, parameters.perturbation, contender.seed)

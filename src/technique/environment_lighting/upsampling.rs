@@ -1,5 +1,9 @@
 //! Joint bilateral upsampling (Kopf et al. 2007; Wu 2024, section 3.4): light of every r-th pixel is
 //! carried to the pixels between, from neighbours alike in normal, depth and albedo.
+//!
+//! The published formula is 0/0 where no neighbour is alike. There the most similar ones are taken as long
+//! as they differ by less than the pixel's own light would be noisy, which falls with the shadow rays of a
+//! pixel, and the rest are shaded themselves.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -114,17 +118,20 @@ impl Feature {
     }
 }
 
-/// A sum of weights below e to this power is 0 in single precision.
-const UNDERFLOW: f32 = -103.0;
+/// How far a neighbour may be that light is carried from, times shadow rays of a pixel: the squared
+/// distance of features, in σ.
+const FARTHEST: f32 = 24_000.0;
 
 /// Carries `low` (of the grid's pixels) to all pixels; `None` at pixels without a surface, and at
-/// those where the plain formula has no weight that is not 0. Weights are relative to the largest
-/// one of the window, so that their sum is never 0.
+/// those without a neighbour that is alike enough for this number of shadow rays a pixel. Weights are
+/// relative to the largest one of the window, so that their sum is never 0.
 pub(super) fn upsample(
     frame: &Frame,
     grid: &Grid,
     (features, low): (&[Option<Feature>], &[Vec3]),
+    rays: usize,
 ) -> Vec<Option<Vec3>> {
+    let least = -0.5 * FARTHEST / rays.max(1) as f32;
     let range = depth_range(features);
     let width = frame.width;
     features
@@ -142,7 +149,7 @@ pub(super) fn upsample(
                 Some((log_weight, low[r * grid.size[0] + c]))
             });
             let (mean, largest) = weighted_mean(weights)?;
-            (largest > UNDERFLOW).then_some(mean)
+            (largest > least).then_some(mean)
         })
         .collect()
 }
