@@ -18,7 +18,7 @@ struct Part {
     link: String,
     jobs: usize,
     finished: usize,
-    minutes: String,
+    time: String,
     claims: Vec<Claim>,
 }
 
@@ -40,7 +40,10 @@ pub fn write_suite(
             link: escape::link(&format!("{name}/report.html")),
             jobs: data.plan.jobs.len(),
             finished: data.rows.iter().filter(|r| r.ok()).count(),
-            minutes: format!("{:.1}", seconds / 60.0),
+            time: match seconds < 100.0 {
+                true => format!("{seconds:.0} s"),
+                false => format!("{:.1} minutes", seconds / 60.0),
+            },
             claims: claims::judge_all(&data),
         });
     }
