@@ -118,9 +118,9 @@ impl Feature {
     }
 }
 
-/// How far a neighbour may be that light is carried from, times shadow rays of a pixel: the squared
-/// distance of features, in σ.
-const FARTHEST: f32 = 24_000.0;
+/// How far a neighbour may be that light is carried from: the squared distance of features, in σ, times
+/// shadow rays of a pixel to the power of 3/2, by which the squared errors of light sets fall.
+const FARTHEST: f32 = 96_000.0;
 
 /// Carries `low` (of the grid's pixels) to all pixels; `None` at pixels without a surface, and at
 /// those without a neighbour that is alike enough for this number of shadow rays a pixel. Weights are
@@ -131,7 +131,8 @@ pub(super) fn upsample(
     (features, low): (&[Option<Feature>], &[Vec3]),
     rays: usize,
 ) -> Vec<Option<Vec3>> {
-    let least = -0.5 * FARTHEST / rays.max(1) as f32;
+    let rays = rays.max(1) as f32;
+    let least = -0.5 * FARTHEST / (rays * rays.sqrt());
     let range = depth_range(features);
     let width = frame.width;
     features
