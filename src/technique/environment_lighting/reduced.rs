@@ -26,7 +26,7 @@ pub(super) fn indirect_cost(
     let grid = Grid::new(illumination.frame, reduction, 0);
     let features = features(illumination, &look(illumination, counter, 0));
     let low = vec![Vec3::ZERO; grid.pixels().count()];
-    let carried = upsample(illumination.frame, &grid, (&features, &low), rays);
+    let carried = upsample(&grid, (&features, &low), rays);
     let (mut surfaces, mut gaps) = (0u64, 0u64);
     for (feature, value) in features.iter().zip(&carried) {
         surfaces += u64::from(feature.is_some());
@@ -95,7 +95,7 @@ impl Reduced<'_> {
                     .pixels()
                     .map(|pixel| shaded[pixel as usize].indirect)
                     .collect();
-                upsample(frame, &grid, (&features, &low), self.rays)
+                upsample(&grid, (&features, &low), self.rays)
             });
             gaps += count_gaps(&seen, &carried);
             let carried = rendered

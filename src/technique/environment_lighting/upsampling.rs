@@ -118,23 +118,24 @@ impl Feature {
     }
 }
 
-/// How far a neighbour may be that light is carried from: the squared distance of features, in σ, times
-/// shadow rays of a pixel to the power of 3/2, by which the squared errors of light sets fall.
+/// A sum of weights below e to this power is 0 in single precision.
+const UNDERFLOW: f32 = -103.0;
+/// How far a neighbour may be that light is carried from beyond that: the squared distance of features, in
+/// σ, times shadow rays of a pixel to the power of 3/2, by which the squared errors of light sets fall.
 const FARTHEST: f32 = 96_000.0;
 
 /// Carries `low` (of the grid's pixels) to all pixels; `None` at pixels without a surface, and at
 /// those without a neighbour that is alike enough for this number of shadow rays a pixel. Weights are
 /// relative to the largest one of the window, so that their sum is never 0.
 pub(super) fn upsample(
-    frame: &Frame,
     grid: &Grid,
     (features, low): (&[Option<Feature>], &[Vec3]),
     rays: usize,
 ) -> Vec<Option<Vec3>> {
     let rays = rays.max(1) as f32;
-    let least = -0.5 * FARTHEST / (rays * rays.sqrt());
+    let least = (-0.5 * FARTHEST / (rays * rays.sqrt())).min(UNDERFLOW);
     let range = depth_range(features);
-    let width = frame.width;
+    let width = grid.image_width;
     features
         .par_iter()
         .enumerate()
@@ -253,6 +254,28 @@ mod tests {
         assert_eq!(window(&grid, [9.5, 7.0]).count(), 25);
         assert_eq!(window(&grid, [0.0, 0.0]).count(), 9);
         assert_eq!(window(&grid, [19.5, 19.5]).count(), 4);
+    }
+
+    #[test]
+    fn neighbours_are_taken_while_they_differ_less_than_few_rays_are_noisy() {
+        let grid = grid([3, 1], 2, [0, 0]);
+        let tilted = Vec3::new(0.15, 0.0, 1.0).normalize();
+        let low = [Vec3::ONE, Vec3::splat(3.0)];
+        let carried = |middle: Vec3, rays| {
+            let features = [
+                feature(Vec3::Z, 1.0),
+                feature(middle, 1.0),
+                feature(Vec3::Z, 1.0),
+            ];
+            upsample(&grid, (&features, &low), rays)[1]
+        };
+        // Thirty σ away: too far for many rays.
+        assert_eq!(carried(tilted, 8), Some(Vec3::splat(2.0)));
+        assert_eq!(carried(tilted, 64), None);
+        assert_eq!(carried(Vec3::Z, 1 << 20), Some(Vec3::splat(2.0)));
+        // The background has nothing to carry.
+        let features = [None, feature(Vec3::Z, 1.0), None];
+        assert_eq!(upsample(&grid, (&features, &low), 8), [None, None, None]);
     }
 
     #[test]
