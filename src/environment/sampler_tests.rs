@@ -148,6 +148,22 @@ fn lights_are_sound_and_keep_the_power_of_any_map() {
 }
 
 #[test]
+fn maps_of_thirty_million_texels_and_a_sun_are_taken() {
+    let (width, height) = (8192, 4096);
+    let large = image(width, height, |x, y| {
+        if (x as i32 - 2000).pow(2) + (y as i32 - 900).pow(2) < 20 * 20 {
+            return [1e6, 9e5, 7e5];
+        }
+        [1.0 + (x / 512 % 2) as f32, 0.8, 0.5 + (y / 512 % 2) as f32]
+    });
+    let map = environment(&large);
+    drop(large);
+    for (id, sampler) in samplers() {
+        check(id, &map, &sampler.lights(&map, 32, 1), 32);
+    }
+}
+
+#[test]
 fn large_budgets_are_used_where_the_map_has_much_to_give() {
     let map = environment(&rich(128, 64));
     for (id, sampler) in samplers() {
