@@ -187,13 +187,14 @@ fn references_are_shared_by_settings_of_contenders_alone() {
     ]);
     let plan: serde_json::Value = serde_json::from_str(&swept.out).expect("json");
     let jobs = plan["jobs"].as_array().expect("jobs");
-    assert_eq!(jobs.len(), 4);
+    // Two methods, three seeds and two heuristics.
+    assert_eq!(jobs.len(), 12);
     assert!(
         jobs.iter()
             .all(|job| job["reference"] == jobs[0]["reference"])
     );
     let ids: std::collections::BTreeSet<_> = jobs.iter().map(|j| j["id"].as_str()).collect();
-    assert_eq!(ids.len(), 4);
+    assert_eq!(ids.len(), 12);
 }
 
 #[test]
