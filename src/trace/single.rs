@@ -15,6 +15,7 @@
 
 use std::arch::x86_64::*;
 
+use super::tile::bits as set_bits;
 use super::vector::{Crossing, Seen, Vec3x8, load, load_bits, store, store_bits};
 use super::wide::{Block, LEAF, Node, WideTree};
 use super::{Hit, Ray};
@@ -161,15 +162,6 @@ impl WideTree {
     }
 }
 
-/// The lanes of the set bits.
-fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = mask.trailing_zeros() as usize;
-        mask &= mask.wrapping_sub(1);
-        (lane < 8).then_some(lane)
-    })
-}
-
 /// Whether anything is hit in `(t_min, t_max]`.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 pub fn occluded_ray<const TIGHT: bool>(tree: &WideTree, ray: &Ray, stack: &mut [u32]) -> bool {
@@ -275,8 +267,8 @@ pub fn closest<const TIGHT: bool>(
             let node = tree.node(child);
             let (near, entered) = beam.boxes(node, t_max);
             if entered != 0 {
-                for lane in lanes(entered) {
-                    tree.prefetch(node.children[lane]);
+                for lane in set_bits(u64::from(entered)) {
+                    tree.prefetch(node.children[lane & 7]);
                 }
                 let (nearest, others) = push_sorted(node, near, entered, &mut stack[waiting..]);
                 waiting += others;
