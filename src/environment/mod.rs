@@ -10,6 +10,7 @@ mod directs;
 mod emissive;
 pub mod fhis;
 mod gallery;
+mod halving;
 mod indirects;
 pub mod kollig_keller;
 mod leaves;

@@ -7,6 +7,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::halving::{bounds, halve};
+
 /// What is clustered.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
@@ -138,19 +140,16 @@ impl<'a> Cells<'a> {
 
 /// Halves the items along the longest side of their box until they are few.
 fn divide(items: &[Item], members: &mut [u32], first: usize, groups: &mut Vec<Group>) {
-    let directions = || members.iter().map(|&m| items[m as usize].direction);
-    let low = directions().fold(DVec3::INFINITY, DVec3::min);
-    let high = directions().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let direction = |member: u32| items[member as usize].direction;
     if members.len() > MOST_MEMBERS {
-        let axis = (high - low).max_position();
-        let half = members.len() / 2;
-        let along = |member: &u32| items[*member as usize].direction[axis];
-        members.select_nth_unstable_by(half, |a, b| along(a).total_cmp(&along(b)).then(a.cmp(b)));
+        let half = halve(members, direction);
         let (left, right) = members.split_at_mut(half);
         divide(items, left, first, groups);
         divide(items, right, first + half, groups);
         return;
     }
+    let directions = || members.iter().map(|&member| direction(member));
+    let [low, high] = bounds(directions());
     let middle = 0.5 * (low + high);
     let radius = directions()
         .map(|d| (d - middle).length())

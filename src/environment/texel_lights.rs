@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::directs::{Steps, directs};
 use super::emissive::{Classification, Rule};
+use super::halving::halve;
 use super::indirects::{Weights, cut};
 use super::leaves::{Leaf, cells_of_texels, leaves};
 use super::texel_lists::TexelLists;
@@ -379,17 +380,7 @@ fn k_d_order(items: &mut [u32], parts: &[Part]) {
     if items.len() < 2 {
         return;
     }
-    let (mut low, mut high) = (DVec3::splat(2.0), DVec3::splat(-2.0));
-    for &item in items.iter() {
-        low = low.min(parts[item as usize].axis);
-        high = high.max(parts[item as usize].axis);
-    }
-    let axis = (high - low).max_position();
-    let middle = items.len() / 2;
-    items.select_nth_unstable_by(middle, |&a, &b| {
-        let key = |i: u32| parts[i as usize].axis[axis];
-        key(a).total_cmp(&key(b)).then(a.cmp(&b))
-    });
+    let middle = halve(items, |item| parts[item as usize].axis);
     let (lower, upper) = items.split_at_mut(middle);
     k_d_order(lower, parts);
     k_d_order(upper, parts);
