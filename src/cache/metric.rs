@@ -39,7 +39,7 @@ impl DistanceMetric {
     /// The distance for a squared Euclidean distance (scene units²) and the cosine of the angle
     /// between the normals. Bends within the rounding of a dot product (0.06°) count as none, so that
     /// a record lies at distance 0 from itself.
-    #[inline]
+    #[inline(always)]
     pub fn distance(self, squared: f32, cosine: f32) -> f32 {
         const ROUNDING: f32 = 5e-7;
         let bend = 1.0 - cosine;
@@ -61,7 +61,7 @@ pub struct TangentMetric {
 impl TangentMetric {
     /// D for a squared Euclidean distance, the distance from the tangent plane and the cosine of
     /// the angle between the normals. NaN only if an argument is.
-    #[inline]
+    #[inline(always)]
     pub fn distance(self, squared: f32, plane: f32, cosine: f32) -> f32 {
         let off = self.across * plane;
         let turn = self.bend * self.bend * (1.0 - cosine);
@@ -80,7 +80,7 @@ pub enum Ranking {
 
 impl Ranking {
     /// The distance, at least √`squared`; of [`Ranking::Combined`] `plane` is not looked at.
-    #[inline]
+    #[inline(always)]
     pub fn distance(self, squared: f32, plane: f32, cosine: f32) -> f32 {
         match self {
             Self::Combined(metric) => metric.distance(squared, cosine),

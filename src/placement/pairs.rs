@@ -147,12 +147,24 @@ impl Table {
         self.keys.iter().copied().filter(|&pair| pair != EMPTY)
     }
 
-    /// Looks up the differences of all pairs of the table in the sorted list.
+    /// Looks up the differences of all pairs of the table in the sorted list. The table's own pairs are
+    /// looked up in order, so that each is found a little after the one before.
     fn fill(&mut self, pairs: &[u64], values: &[f32]) {
-        let value = |pair: &u64| {
-            let found = pairs.binary_search(pair);
-            found.map_or(0.0, |i| values[i])
-        };
-        self.values = self.keys.iter().map(value).collect();
+        self.values = vec![0.0; self.keys.len()];
+        let slots = 0..self.keys.len() as u32;
+        let mut slots: Vec<u32> = slots
+            .filter(|&slot| self.keys[slot as usize] != EMPTY)
+            .collect();
+        slots.sort_unstable_by_key(|&slot| self.keys[slot as usize]);
+        let mut at = 0;
+        for slot in slots.into_iter().map(|slot| slot as usize) {
+            let mut step = 1;
+            while at + step < pairs.len() && pairs[at + step] < self.keys[slot] {
+                step *= 2;
+            }
+            let end = (at + step + 1).min(pairs.len());
+            at += pairs[at..end].partition_point(|&pair| pair < self.keys[slot]);
+            self.values[slot] = values[at];
+        }
     }
 }

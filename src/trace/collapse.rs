@@ -1,4 +1,4 @@
-//! From obvhs' binary tree to the eight-wide one, by dynamic programming.
+//! From the binary tree to the eight-wide one, by dynamic programming.
 //!
 //! `C(n, j)` is the least cost of covering the subtree of `n` with at most `j` children of some wide
 //! node, where a ray pays 1 per wide node and [`BLOCK_COST`] per leaf, both weighted by the area of
@@ -14,11 +14,11 @@
 //! rays visit them in this order: what stops many rays for little work comes first.
 
 use glam::Vec3;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::node::Bvh2Node;
+use obvhs::aabb::Aabb;
 use obvhs::triangle::Triangle;
 
-use super::wide::{Block, Features, LEAF, Node, WideTree};
+use super::binary::BinaryNode;
+use super::wide::{Block, Features, LEAF, Line, Node, WideTree};
 use crate::memory::settled;
 
 /// Cost of a block of triangles in units of a node. Anything between 0.4 and 1.2 does as well.
@@ -27,9 +27,9 @@ const LANES: usize = 8;
 /// The decision "as with one slot fewer", or "a block of triangles" for one slot.
 const KEEP: u8 = 0;
 
-/// Collapses a binary tree with one triangle a leaf.
+/// Collapses a binary tree.
 pub fn collapse(
-    tree: &Bvh2,
+    tree: &[BinaryNode],
     triangles: &[Triangle],
     (features, is_watertight): (Features, bool),
 ) -> WideTree {
@@ -50,24 +50,18 @@ pub fn collapse(
             [a, a - b, c - a]
         })
     };
-    let (nodes, blocks, stack_entries) = emit(&Plan::new(tree, area), rows);
+    let (lines, stack_entries) = emit(&Plan::new(tree, area), rows);
     WideTree {
         _features: features,
         is_watertight,
-        nodes: settled(nodes),
-        blocks: settled(blocks),
+        lines: settled(lines),
         stack_entries,
     }
 }
 
-/// The binary tree in depth-first order with the best decision for every number of slots. The left
-/// child of place `i` is at `i + 1`, the right one after the left one's subtree.
+/// The binary tree with the best decision for every number of slots.
 struct Plan<'a> {
-    nodes: Vec<&'a Bvh2Node>,
-    /// Triangles below.
-    count: Vec<u32>,
-    /// Caller's index of the first triangle below, meaningful for leaves.
-    first: &'a [u32],
+    nodes: &'a [BinaryNode],
     /// `C(n, 1)`.
     cost: Vec<f32>,
     /// Area of the triangles below.
@@ -78,21 +72,10 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(tree: &'a Bvh2, triangle_area: impl Fn(u32) -> f32) -> Self {
-        let mut nodes = Vec::with_capacity(tree.nodes.len());
-        let mut open = vec![0u32];
-        while let Some(index) = open.pop() {
-            let node = &tree.nodes[index as usize];
-            nodes.push(node);
-            if !node.is_leaf() {
-                open.extend([node.first_index + 1, node.first_index]);
-            }
-        }
+    fn new(nodes: &'a [BinaryNode], triangle_area: impl Fn(u32) -> f32) -> Self {
         let n = nodes.len();
         let mut plan = Self {
             nodes,
-            count: vec![1; n],
-            first: &tree.primitive_indices,
             cost: vec![0.0; n],
             area: vec![0.0; n],
             left_slots: vec![[KEEP; 8]; n],
@@ -102,25 +85,24 @@ impl<'a> Plan<'a> {
     }
 
     fn right(&self, place: usize) -> usize {
-        place + 2 * self.count[place + 1] as usize
+        place + 1 + self.nodes[place + 1].length()
     }
 
     /// Fills the table from the last place to the first: children come after their parents.
     fn decide(&mut self, triangle_area: impl Fn(u32) -> f32) {
         // A floor on areas makes points and lines cost what they cost: nodes.
-        let floor = (self.nodes[0].aabb().half_area() * 1e-9).max(1e-30);
+        let floor = (self.nodes[0].bounds.half_area() * 1e-9).max(1e-30);
         // The costs of the places whose parent is still to come, most recent last.
         let mut waiting: Vec<[f32; 7]> = Vec::new();
         for place in (0..self.nodes.len()).rev() {
-            let half_area = self.nodes[place].aabb().half_area().max(floor);
+            let half_area = self.nodes[place].bounds.half_area().max(floor);
             if self.nodes[place].is_leaf() {
                 self.cost[place] = half_area * BLOCK_COST;
-                self.area[place] = triangle_area(self.triangle(place));
+                self.area[place] = triangle_area(self.nodes[place].triangle);
                 waiting.push([self.cost[place]; 7]);
                 continue;
             }
             let right_place = self.right(place);
-            self.count[place] = self.count[place + 1] + self.count[right_place];
             self.area[place] = self.area[place + 1] + self.area[right_place];
             let (Some(left), Some(right)) = (waiting.pop(), waiting.pop()) else {
                 unreachable!("an inner node has two children after it");
@@ -135,7 +117,7 @@ impl<'a> Plan<'a> {
             let (split, k) = cheapest(8);
             (best[0], self.left_slots[place][1]) = (split + half_area, k);
             let leaf = half_area * BLOCK_COST;
-            if self.count[place] as usize <= LANES && leaf <= best[0] {
+            if self.nodes[place].count as usize <= LANES && leaf <= best[0] {
                 (best[0], self.left_slots[place][1]) = (leaf, KEEP);
             }
             for j in 2..8 {
@@ -147,11 +129,6 @@ impl<'a> Plan<'a> {
             self.cost[place] = best[0];
             waiting.push(best);
         }
-    }
-
-    /// Caller's index of a leaf's triangle.
-    fn triangle(&self, place: usize) -> u32 {
-        self.first[self.nodes[place].first_index as usize]
     }
 
     /// Whether the cheapest single child is a block of triangles.
@@ -183,28 +160,29 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// A wide node to be filled.
+/// A wide node to be written.
 struct Open {
     place: usize,
-    slot: usize,
+    /// The number of the lines that is to name it: line, and place in it.
+    named_at: (usize, usize),
     /// Entries that may wait on a traversal stack when this node is reached.
     pending: usize,
 }
 
-/// Writes nodes in depth-first order, the inner children of a node next to each other.
-fn emit(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec<Node>, Vec<Block>, usize) {
-    let mut nodes = vec![Node::EMPTY];
-    let mut blocks = Vec::with_capacity(plan.nodes.len() / 8);
+/// Writes nodes in depth-first order, each followed by its blocks. Also tells how many entries a
+/// traversal stack needs.
+fn emit(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec<Line>, usize) {
+    let mut lines = Vec::with_capacity(plan.nodes.len());
     let mut stack_entries = 1;
     let mut children = Vec::with_capacity(LANES);
     let mut open = vec![Open {
         place: 0,
-        slot: 0,
+        named_at: (Node::CHILDREN, 0),
         pending: 0,
     }];
     while let Some(Open {
         place,
-        slot,
+        named_at: (line, number),
         pending,
     }) = open.pop()
     {
@@ -212,48 +190,54 @@ fn emit(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec<Node>, Vec
         let pending = pending + children.len();
         stack_entries = stack_entries.max(pending);
         let first_open = open.len();
+        let first_line = lines.len();
+        let mut node = Node::EMPTY;
+        let mut blocks = Vec::with_capacity(LANES * Block::LINES);
         for (lane, &child) in children.iter().enumerate() {
             let child = child as usize;
-            let index = if plan.is_block(child) {
-                blocks.push(block(plan, child, &rows));
-                LEAF | (blocks.len() - 1) as u32
+            set_box(&mut node, lane, &plan.nodes[child].bounds);
+            if plan.is_block(child) {
+                let at = first_line + Node::LINES + blocks.len();
+                node.children[lane] = LEAF | at as u32;
+                blocks.extend(block(plan, child, &rows).lines());
             } else {
-                nodes.push(Node::EMPTY);
                 open.push(Open {
                     place: child,
-                    slot: nodes.len() - 1,
+                    named_at: (first_line + Node::CHILDREN, lane),
                     pending,
                 });
-                (nodes.len() - 1) as u32
-            };
-            set_child(&mut nodes[slot], lane, plan.nodes[child], index);
+            }
         }
         open[first_open..].reverse();
+        lines.extend(node.lines());
+        lines.extend(blocks);
+        if place != 0 {
+            lines[line].0[number] = first_line as u32;
+        }
     }
-    (nodes, blocks, stack_entries)
+    (lines, stack_entries)
 }
 
-/// Writes one slot. The box grows by 2⁻²¹ of its coordinates and 2⁻²² of its extent, more than the
+/// Writes the box of one slot, which grows by 2⁻²¹ of its coordinates and 2⁻²² of its extent, more than the
 /// rounding of box tests and of triangles relative to a vertex, so that a box never decides what a
 /// triangle test should.
-fn set_child(node: &mut Node, lane: usize, source: &Bvh2Node, index: u32) {
-    let (low, high) = (source.aabb().min, source.aabb().max);
+fn set_box(node: &mut Node, lane: usize, bounds: &Aabb) {
+    let (low, high) = (bounds.min, bounds.max);
     let extent = (high - low).max_element() * f32::EPSILON;
     for axis in 0..3 {
         let pad = |plane: f32| 2.0 * extent + 4.0 * plane.abs() * f32::EPSILON;
         node.planes[2 * axis][lane] = low[axis] - pad(low[axis]);
         node.planes[2 * axis + 1][lane] = high[axis] + pad(high[axis]);
     }
-    node.children[lane] = index;
 }
 
 /// The triangles below a place that can be hit, which are its next leaves in depth-first order.
 fn block(plan: &Plan, place: usize, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> Block {
     let mut block = Block::EMPTY;
-    let end = place + 2 * plan.count[place] as usize - 1;
-    let leaves = (place..end).filter(|&p| plan.nodes[p].is_leaf());
+    let end = place + plan.nodes[place].length();
+    let leaves = plan.nodes[place..end].iter().filter(|node| node.is_leaf());
     for (lane, leaf) in leaves.enumerate() {
-        let id = plan.triangle(leaf);
+        let id = leaf.triangle;
         let Some(rows) = rows(id) else { continue };
         for (k, axis) in (0..9).map(|i| (i / 3, i % 3)) {
             block.rows[k][axis][lane] = rows[k][axis];

@@ -1,7 +1,7 @@
 //! Ray queries. The rest of the program sees [`Tracer`], [`Caster`], [`Ray`] and [`Hit`] only, and
 //! never an instruction set: the kernels behind them are chosen at run time ([`Kernel`]).
 //!
-//! obvhs builds a binary tree, `collapse` makes it eight wide, `single` traverses it with one ray,
+//! obvhs builds a binary tree, `binary` improves its lower levels, `collapse` makes it eight wide, `single` traverses it with one ray,
 //! `bundle` with 64 rays of one origin; all of them use the triangle test of `vector` and agree to
 //! the last bit. `portable` is obvhs' own traversal for processors without AVX2 and FMA.
 //!
@@ -23,6 +23,8 @@ mod portable;
 mod query;
 mod tracer;
 
+#[cfg(target_arch = "x86_64")]
+mod binary;
 #[cfg(target_arch = "x86_64")]
 mod bundle;
 #[cfg(target_arch = "x86_64")]

@@ -17,7 +17,7 @@ use std::arch::x86_64::*;
 
 use super::tile::bits as set_bits;
 use super::vector::{Crossing, Seen, Vec3x8, load, load_bits, store, store_bits};
-use super::wide::{Block, LEAF, Node, WideTree};
+use super::wide::{Block, LEAF, Line, Node, WideTree};
 use super::{Hit, Ray};
 
 /// A direction component this small is as good as parallel to the planes of its axis.
@@ -129,35 +129,33 @@ fn min_bits(a: __m256i, b: __m256i) -> __m256i {
 impl WideTree {
     #[inline]
     pub(super) fn node(&self, child: u32) -> &Node {
-        debug_assert!(child & LEAF == 0);
-        // SAFETY: `collapse` sets `LEAF` or the index of a node it has pushed.
-        unsafe { self.nodes.get_unchecked(child as usize) }
+        debug_assert!(child & LEAF == 0 && child as usize + Node::LINES <= self.lines.len());
+        // SAFETY: `collapse` sets `LEAF` or the first line of a node.
+        unsafe { &*self.address(child).cast() }
     }
 
     #[inline]
     pub(super) fn block(&self, child: u32) -> &Block {
-        debug_assert!(child & LEAF != 0);
-        // SAFETY: `collapse` sets the index of a block it has pushed, and every tree has a block 0,
-        // which empty slots name.
-        unsafe { self.blocks.get_unchecked((child & !LEAF) as usize) }
+        debug_assert!(
+            child & LEAF != 0 && (child & !LEAF) as usize + Block::LINES <= self.lines.len()
+        );
+        // SAFETY: `collapse` sets the first line of a block. Empty slots, which no ray enters, name
+        // line 0, where any tree has five lines.
+        unsafe { &*self.address(child).cast() }
     }
 
-    /// Asks for a child ahead of its visit. A node is four cache lines, a block five.
+    #[inline]
+    fn address(&self, child: u32) -> *const Line {
+        self.lines.as_ptr().wrapping_add((child & !LEAF) as usize)
+    }
+
+    /// Asks for a child ahead of its visit.
     #[inline]
     pub(super) fn prefetch(&self, child: u32) {
-        let address: *const i8 = if child & LEAF == 0 {
-            self.nodes.as_ptr().wrapping_add(child as usize).cast()
-        } else {
-            let block = (child & !LEAF) as usize;
-            self.blocks.as_ptr().wrapping_add(block).cast()
-        };
-        // SAFETY: a prefetch reads nothing and cannot fault; SSE is part of x86-64.
-        unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(address);
-            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(64));
-            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(128));
-            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(192));
-            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(256));
+        for line in 0..Block::LINES {
+            let address = self.address(child).wrapping_add(line);
+            // SAFETY: a prefetch reads nothing and cannot fault; SSE is part of x86-64.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
         }
     }
 }
@@ -267,22 +265,35 @@ pub fn closest<const TIGHT: bool>(
             let node = tree.node(child);
             let (near, entered) = beam.boxes(node, t_max);
             if entered != 0 {
-                for lane in set_bits(u64::from(entered)) {
-                    tree.prefetch(node.children[lane & 7]);
+                let first = entered.trailing_zeros() as usize & 7;
+                let others = entered & (entered - 1);
+                child = node.children[first];
+                tree.prefetch(child);
+                if others == 0 {
+                    continue;
                 }
-                let (nearest, others) = push_sorted(node, near, entered, &mut stack[waiting..]);
-                waiting += others;
-                child = nearest;
+                let near = store(_mm256_castsi256_ps(near));
+                let second = others.trailing_zeros() as usize & 7;
+                tree.prefetch(node.children[second]);
+                if others & (others - 1) != 0 {
+                    child = push_sorted(tree, node, (&near, entered), &mut stack[waiting..]);
+                    waiting += others.count_ones() as usize;
+                    continue;
+                }
+                // A branch, not a choice: when it is guessed right, the next visit begins early.
+                if near[first].to_bits() <= near[second].to_bits() {
+                    stack[waiting] = entry(node, &near, second);
+                } else {
+                    stack[waiting] = entry(node, &near, first);
+                    child = node.children[second];
+                }
+                waiting += 1;
                 continue;
             }
         } else {
             let block = tree.block(child);
-            nearest_lane(
-                &beam.crossing::<TIGHT>(block),
-                block,
-                [beam.t_min, t_max],
-                best,
-            );
+            let crossing = beam.crossing::<TIGHT>(block);
+            nearest_lane(&crossing, block, [beam.t_min, t_max], best);
             t_max = best.map_or(beam.t_max, |hit| hit.t);
         }
         loop {
@@ -295,51 +306,38 @@ pub fn closest<const TIGHT: bool>(
             }
         }
         child = stack[waiting] as u32;
-        tree.prefetch(stack[waiting.saturating_sub(1)] as u32);
     }
 }
 
-/// The nearest of the entered children, of which there is one at least, and how many others it has
-/// written to `top`, from the farthest to the nearest. Up to three, nearly always, are sorted without
-/// a branch.
+/// A child that waits: the bits of its entry distance above it.
+#[inline]
+fn entry(node: &Node, near: &[f32; 8], lane: usize) -> u64 {
+    u64::from(near[lane & 7].to_bits()) << 32 | u64::from(node.children[lane & 7])
+}
+
+/// The nearest of three or more entered children; writes the others to `top`, from the farthest to
+/// the nearest.
 #[inline]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn push_sorted(node: &Node, near: __m256i, entered: u32, top: &mut [u64]) -> (u32, usize) {
-    let count = entered.count_ones() as usize;
-    if count == 1 {
-        return (node.children[entered.trailing_zeros() as usize & 7], 0);
-    }
-    let near = store(_mm256_castsi256_ps(near));
-    let mut left = entered;
-    let mut key = || {
-        let lane = left.trailing_zeros() as usize & 7;
-        left &= left.wrapping_sub(1);
-        u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane])
-    };
-    let (a, b) = (key(), key());
-    let (a, b) = (a.max(b), a.min(b));
-    if count == 2 {
-        top[0] = a;
-        return (b as u32, 1);
-    }
-    let c = key();
-    let (b, c) = (b.max(c), b.min(c));
-    let (a, b) = (a.max(b), a.min(b));
-    if count == 3 {
-        top[..2].copy_from_slice(&[a, b]);
-        return (c as u32, 2);
-    }
-    top[..3].copy_from_slice(&[a, b, c]);
-    for count in 3..count {
-        let next = key();
+fn push_sorted(
+    tree: &WideTree,
+    node: &Node,
+    (near, entered): (&[f32; 8], u32),
+    top: &mut [u64],
+) -> u32 {
+    let mut count = 0;
+    for lane in set_bits(u64::from(entered)) {
+        let next = entry(node, near, lane);
+        tree.prefetch(next as u32);
         let mut at = count;
         while at > 0 && top[at - 1] < next {
             top[at] = top[at - 1];
             at -= 1;
         }
         top[at] = next;
+        count += 1;
     }
-    (top[count - 1] as u32, count - 1)
+    top[count - 1] as u32
 }
 
 /// Replaces `best` by the nearest of a block's hits in `(limits[0], limits[1]]` if that is nearer,

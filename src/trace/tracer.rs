@@ -70,7 +70,7 @@ fn tree(corners: &[Triangle], kernel: Kernel) -> Box<dyn RayTree> {
     if let (Kernel::Wide | Kernel::Watertight, Some(features)) =
         (kernel, super::wide::Features::detect())
     {
-        let binary = binary_tree(corners, THOROUGH);
+        let binary = super::binary::improved(&binary_tree(corners, THOROUGH));
         let variant = (features, kernel == Kernel::Watertight);
         return Box::new(super::collapse::collapse(&binary, corners, variant));
     }

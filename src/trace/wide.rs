@@ -1,11 +1,17 @@
 //! The memory of the eight-wide tree: nodes of eight boxes and leaves of eight triangles, both as
-//! structures of arrays, so that one vector instruction sees all eight.
+//! structures of arrays, so that one vector instruction sees all eight. They lie in one array of
+//! cache lines, in the order of visits.
 
 use super::query::{Bundle, RayTree, Scratch, Waiting};
 use super::{Hit, Ray, bundle, single};
 
-/// Marks a child as a leaf; the other bits are the index of its [`Block`].
+/// Marks a child as a leaf; the other bits are the first line of its [`Block`].
 pub const LEAF: u32 = 1 << 31;
+
+/// A cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Line(pub [u32; 16]);
 
 /// Eight children. An empty slot has an inverted box that no ray enters.
 #[derive(Clone, Debug)]
@@ -14,8 +20,10 @@ pub struct Node {
     /// Rows min x, max x, min y, max y, min z, max z: the near plane of axis `a` is row `2a` for a
     /// ray with positive direction and row `2a + 1` otherwise; the far plane is the other one.
     pub planes: [[f32; 8]; 6],
-    /// Index of a node, or of a block with [`LEAF`] set. Slots are in the order of any-hit visits.
+    /// First line of a node, or of a block with [`LEAF`] set. Slots are in the order of any-hit visits.
     pub children: [u32; 8],
+    /// Makes it four whole lines.
+    pub unused: [u32; 8],
 }
 
 impl Node {
@@ -29,7 +37,17 @@ impl Node {
             [f32::NEG_INFINITY; 8],
         ],
         children: [LEAF; 8],
+        unused: [0; 8],
     };
+
+    pub fn lines(self) -> [Line; Self::LINES] {
+        // SAFETY: both are 64 numbers of four bytes, without padding.
+        unsafe { std::mem::transmute(self) }
+    }
+
+    pub const LINES: usize = 4;
+    /// The line with the children, which are its first numbers.
+    pub const CHILDREN: usize = 3;
 }
 
 /// Up to eight triangles. Unused lanes are zero and therefore never hit.
@@ -48,6 +66,13 @@ impl Block {
         rows: [[[0.0; 8]; 3]; 3],
         id: [u32::MAX; 8],
     };
+
+    pub fn lines(self) -> [Line; Self::LINES] {
+        // SAFETY: both are 80 numbers of four bytes, without padding.
+        unsafe { std::mem::transmute(self) }
+    }
+
+    pub const LINES: usize = 5;
 }
 
 /// Proof that the processor has the instructions of the wide kernels.
@@ -66,22 +91,21 @@ impl Features {
     }
 }
 
-/// The tree. Node 0 is the root. Every child that is not an empty slot is a valid index; the
-/// kernels rely on it, and [`super::collapse`] alone makes trees.
+/// The tree. The root is the node at line 0. Every child of a slot that is not empty is the first line
+/// of a whole node or block; the kernels rely on it, and [`super::collapse`] alone makes trees.
 #[derive(Debug)]
 pub struct WideTree {
     pub(super) _features: Features,
     /// Which triangle test its blocks are for.
     pub(super) is_watertight: bool,
-    pub(super) nodes: Vec<Node>,
-    pub(super) blocks: Vec<Block>,
+    pub(super) lines: Vec<Line>,
     /// Entries a traversal stack can ever hold.
     pub(super) stack_entries: usize,
 }
 
 impl RayTree for WideTree {
     fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+        size_of_val(self.lines.as_slice())
     }
 
     fn scratch(&self) -> Scratch {
