@@ -15,9 +15,9 @@ use crate::scene::{SceneDescription, find_environment, find_scene};
 use crate::technique::{Method, Technique};
 
 /// Changes whenever the same job would give another reference, so that older ones are not reused.
-const REFERENCES: u32 = 1;
+const REFERENCES: u32 = 2;
 /// Changes whenever the same job would give another result beside the same reference.
-const RESULTS: u32 = 4;
+const RESULTS: u32 = 5;
 /// What images of a given time count as in estimates, with those that the time is found by.
 const RAYS_PER_SECOND: f64 = 2e7;
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::cache::{NO_POINT, ShadingPoints};
 use crate::sample::Rng;
 use crate::scene::{Material, Scene, View};
-use crate::shade::PathTracer;
+use crate::shade::{Interaction, PathTracer};
 use crate::trace::{Caster, Hit, Ray, RayCounter, Tracer};
 
 /// What all jobs of a view share.
@@ -170,6 +170,15 @@ impl<'a> Frame<'a> {
                 seen.extend(self.look_on(caster, [pixel, sample], start).ok());
             }
         }
+    }
+
+    /// The surface that a sample sees: opaque, because an opacity mask has had its say when the sample
+    /// did not pass it.
+    pub fn surface(&self, seen: &Seen) -> Interaction<'_> {
+        let surfaces = self.paths.surfaces();
+        let mut at = surfaces.interact(&seen.hit, seen.direction);
+        at.bsdf.opacity = 1.0;
+        at
     }
 
     /// Follows a camera ray from its first hit, if there is one.

@@ -76,7 +76,7 @@ impl ShadingFunction for LayerPaths<'_> {
 impl LayerPaths<'_> {
     fn shaded(&self, caster: &Caster, seen: &Seen, pass: u32) -> Vec3 {
         let paths = &self.frame.paths;
-        let at = paths.surfaces().interact(&seen.hit, seen.direction);
+        let at = self.frame.surface(seen);
         let mut sum = Vec3::ZERO;
         if self.direct {
             let mut rng = self.rng(STREAMS[0], seen.pixel, pass);
@@ -106,4 +106,53 @@ fn spread(key: u64, pass: u32) -> [f32; 3] {
         [1, 2, 3].map(|axis| Rng::new(key, axis, 0, 0).next_f64()),
         pass,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::luminance;
+    use crate::scene::{ColourSource, Needs, Scene, find_scene};
+    use crate::technique::Film;
+    use crate::trace::{RayCounter, Tracer};
+
+    /// Whether a sample passes a mask is decided where the camera looks, and not again where it shades.
+    #[test]
+    fn a_half_transparent_scene_is_what_paths_from_the_camera_see() {
+        const PASSES: u32 = 128;
+        let mut description = find_scene("still-puzzle").expect("an embedded scene");
+        for material in &mut description.materials {
+            material.opacity = Some(ColourSource::Constant([0.5; 3]));
+        }
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let film = Film {
+            width: 16,
+            height: 12,
+            spp: PASSES,
+        };
+        let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+        let layers = LayerPaths {
+            frame: &frame,
+            direct: true,
+            indirect: Some(indirect(&frame)),
+            seed: 1,
+        };
+        let counter = RayCounter::default();
+        let caster = tracer.caster(&counter);
+        let (mut by_layers, mut by_paths) = (0.0, 0.0);
+        for pass in 0..PASSES {
+            let mut out = vec![[0.0; 3]; frame.pixels()];
+            layers.pixels(&caster, (0, pass), &mut out);
+            for (pixel, value) in (0..).zip(out) {
+                let ray = frame.camera_ray(pixel, pass);
+                let mut rng = Rng::new(2, 0, u64::from(pixel), u64::from(pass));
+                let depths = Depths::up_to(frame.scene.max_depth);
+                by_layers += luminance(value);
+                by_paths += luminance(frame.paths.radiance(&caster, ray, &mut rng, depths));
+            }
+        }
+        let difference = by_layers / by_paths - 1.0;
+        assert!(difference.abs() < 0.02, "{difference}");
+    }
 }

@@ -45,10 +45,7 @@ impl<'a> Illumination<'a> {
 
     /// The surface of a sample that was looked up before.
     pub fn surface(&self, seen: &Seen) -> Interaction<'_> {
-        self.frame
-            .paths
-            .surfaces()
-            .interact(&seen.hit, seen.direction)
+        self.frame.surface(seen)
     }
 
     /// Exposed radiance of the map from a direction.

@@ -101,12 +101,9 @@ impl<'a> ImportanceRecords<'a> {
     }
 }
 
-/// A camera sample as a receiver of light. An opacity mask has had its say when the sample did not
-/// pass it.
+/// A camera sample as a receiver of light.
 pub fn receiver<'a>(frame: &'a Frame, seen: &Seen) -> Receiver<'a> {
-    let mut at = frame.paths.surfaces().interact(&seen.hit, seen.direction);
-    at.bsdf.opacity = 1.0;
-    Receiver::new(at, frame.scene.diagonal)
+    Receiver::new(frame.surface(seen), frame.scene.diagonal)
 }
 
 impl CachedFunction for ImportanceRecords<'_> {

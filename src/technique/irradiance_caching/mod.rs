@@ -178,9 +178,7 @@ impl IrradianceCaching {
 
 /// Light that a camera sample gets from indirect irradiance at what it sees: `ρ(ω) E / π`.
 fn reflected(frame: &Frame, seen: &Seen, irradiance: Vec3) -> Vec3 {
-    let surfaces = frame.paths.surfaces();
-    let at = surfaces.interact(&seen.hit, seen.direction);
-    seen.throughput * at.directional_albedo() * irradiance * FRAC_1_PI
+    seen.throughput * frame.surface(seen).directional_albedo() * irradiance * FRAC_1_PI
 }
 
 impl Technique for IrradianceCaching {

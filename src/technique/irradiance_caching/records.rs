@@ -100,8 +100,7 @@ impl<'a> IrradianceRecords<'a> {
         seen: &Seen,
         (irradiance, found): (Vec3, (&[Neighbour], &[f32])),
     ) -> Vec3 {
-        let surfaces = self.gatherer.frame.paths.surfaces();
-        let at = surfaces.interact(&seen.hit, seen.direction);
+        let at = self.gatherer.frame.surface(seen);
         let mut light = at.base_albedo() * irradiance * FRAC_1_PI;
         for (direction, weight) in at.reflections() {
             let radiance = self.interpolate(&seen.site, found, |record| {

@@ -33,7 +33,7 @@ fn at_points(map: &str, count: usize, mut look: impl FnMut(&LightArrays, &Irradi
     let caster = tracer.caster(&counter);
     let mut points = 0;
     for seen in (0..frame.pixels() as u32).filter_map(|pixel| frame.look(&caster, pixel, 0)) {
-        let surface = frame.paths.surfaces().interact(&seen.hit, seen.direction);
+        let surface = frame.surface(&seen);
         look(&arrays, &irradiance, &Terms::new(&surface));
         points += 1;
     }
