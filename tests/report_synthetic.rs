@@ -193,6 +193,10 @@ name = "swept"
 kind = "sweep"
 metrics = ["rmse"]
 [[table]]
+name = "change"
+kind = "change"
+metrics = ["rmse"]
+[[table]]
 name = "equal-cost"
 kind = "equal-cost"
 cost = "shadow_rays"
@@ -236,6 +240,9 @@ values = { rmse = 0.033 }
         "{markdown}"
     );
     // Errors are 3/√n and 2/√n.
+    let change = folder.text("tables/change.md");
+    assert!(change.contains("| IM | +0.0 |"), "{change}");
+    assert!(change.contains("| VGC | **-33.3** |"), "{change}");
     let equal_cost = folder.text("tables/equal-cost.md");
     assert!(equal_cost.contains("| VGC | **-33.3** |"), "{equal_cost}");
     let equal_error = folder.text("tables/equal-error.md");

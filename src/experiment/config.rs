@@ -159,9 +159,9 @@ pub struct TableSpec {
     pub title: String,
     /// `methods` (one line a method, columns scene × metric), `averages` (one line a method, means over
     /// the scenes and mean ranks; `[[published]]` numbers of scene `*` stand beside), `stages` (one line a stage, columns
-    /// scene × method), `sweep` (one line a method, columns the swept values), `equal-cost` (one
-    /// line a method, its error against the first method's at equal `cost`), `equal-error` (its `cost`
-    /// against the first method's at equal error).
+    /// scene × method), `sweep` (one line a method, columns the swept values), `change` (one line a method,
+    /// its error against the first method's at the same budgets), `equal-cost` (at equal `cost`),
+    /// `equal-error` (its `cost` against the first method's at equal error).
     #[serde(default = "methods_kind")]
     pub kind: TableKind,
     /// Row columns: `rmse`, `flip_ldr`, `seconds_total`, `shadow_rays`, …
@@ -179,6 +179,7 @@ pub enum TableKind {
     Averages,
     Stages,
     Sweep,
+    Change,
     EqualCost,
     EqualError,
 }

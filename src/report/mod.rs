@@ -3,6 +3,7 @@
 //! [`write`] reads a results folder and never renders. Rows and images that are missing leave gaps
 //! that are stated as such; only an unreadable folder is an error. Equal folders give equal bytes.
 
+mod against_first;
 mod axis;
 mod canvas;
 mod claims;
@@ -10,7 +11,6 @@ mod column;
 mod components;
 mod curves;
 mod data;
-mod equal_cost;
 mod escape;
 mod estimate;
 mod figure;

@@ -1,8 +1,8 @@
 //! The tables of a config: one line a method, a stage, or a method under a sweep.
 
+use super::against_first::against_first;
 use super::column::{Column, Unit};
 use super::data::{Case, Data, SceneOf, SweepPoint};
-use super::equal_cost::equal_cost;
 use super::escape;
 use super::estimate::{Estimate, Standing, ranks, standings};
 use super::number::Style;
@@ -23,8 +23,8 @@ pub fn all(data: &Data) -> Vec<Table> {
             TableKind::Averages => averages(data, spec),
             TableKind::Stages => stages(data, spec),
             TableKind::Sweep => sweep(data, spec),
-            TableKind::EqualCost | TableKind::EqualError => {
-                equal_cost(data, spec, start(spec, "Method"))
+            TableKind::Change | TableKind::EqualCost | TableKind::EqualError => {
+                against_first(data, spec, start(spec, "Method"))
             }
         })
         .collect()

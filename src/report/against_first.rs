@@ -1,5 +1,5 @@
-//! Error at equal cost, or cost at equal error: where each method's curve over the swept budgets costs, or
-//! errs, as much as the first method did.
+//! Each method against the first: error at the same budgets or at equal cost, or cost at equal error, where its
+//! curve over the swept budgets costs, or errs, as much as the first method did.
 
 use super::column::Column;
 use super::data::{Case, Data, SceneOf};
@@ -11,16 +11,16 @@ use crate::experiment::{TableKind, TableSpec};
 /// first number.
 type Curve = Vec<(f64, f64)>;
 
-/// One line a method, columns scene × metric. [`TableKind::EqualCost`]: how much larger or smaller its
-/// error is than that of the first method at the same cost, in per cent. [`TableKind::EqualError`]: its
-/// cost where it errs as much as the first method, in costs of that.
+/// One line a method, columns scene × metric. [`TableKind::Change`] and [`TableKind::EqualCost`]: how much
+/// larger or smaller its error is than that of the first method at the same budget, or at the same cost, in per
+/// cent. [`TableKind::EqualError`]: its cost where it errs as much as the first method, in costs of that.
 ///
 /// Between budgets curves are interpolated linearly in logarithms; where a curve
 /// does not reach what the first method has nothing is said, nothing is extrapolated. Over several of
 /// its budgets, and over all scenes, ratios are averaged geometrically.
-pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
+pub fn against_first(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
     let cost = Column::of(&spec.cost);
-    let is_cost_equal = spec.kind == TableKind::EqualCost;
+    let is_of_error = spec.kind != TableKind::EqualError;
     let mut lines: Vec<Line> = data
         .labels
         .iter()
@@ -39,13 +39,14 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
         let mut columns = Vec::new();
         for key in &spec.metrics {
             let error = Column::of(key).heading;
-            columns.push(match is_cost_equal {
+            columns.push(match is_of_error {
                 true => format!("{error}, %"),
                 false => format!("at equal {error}, ×"),
             });
-            let axes = match is_cost_equal {
-                true => [spec.cost.as_str(), key],
-                false => [key, spec.cost.as_str()],
+            let axes = match spec.kind {
+                TableKind::Change => [None, Some(key.as_str())],
+                TableKind::EqualError => [Some(key.as_str()), Some(spec.cost.as_str())],
+                _ => [Some(spec.cost.as_str()), Some(key.as_str())],
             };
             let ratios: Vec<Option<f64>> = data
                 .labels
@@ -54,7 +55,7 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
                 .collect();
             let best = ratios.iter().flatten().copied().reduce(f64::min);
             for ((label, line), ratio) in data.labels.iter().zip(&mut lines).zip(ratios) {
-                let change = ratio.map(|ratio| match is_cost_equal {
+                let change = ratio.map(|ratio| match is_of_error {
                     true => 100.0 * ratio.exp_m1(),
                     false => ratio.exp(),
                 });
@@ -64,7 +65,7 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
                 };
                 line.cells
                     .push(change.map_or_else(Cell::empty, |change| Cell {
-                        text: match is_cost_equal {
+                        text: match is_of_error {
                             true => format!("{change:+.1}"),
                             false => format!("{change:.2}"),
                         },
@@ -76,9 +77,10 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
                     paper_scene: scene.paper.clone(),
                     sweep: String::new(),
                     method: label.clone(),
-                    metric: match is_cost_equal {
-                        true => format!("{key} at equal {}, change in per cent", cost.key),
-                        false => format!("{} at equal {key}, ratio", cost.key),
+                    metric: match spec.kind {
+                        TableKind::Change => format!("{key}, change in per cent"),
+                        TableKind::EqualError => format!("{} at equal {key}, ratio", cost.key),
+                        _ => format!("{key} at equal {}, change in per cent", cost.key),
                     },
                     estimate: change.and_then(Estimate::exact),
                     published: None,
@@ -95,37 +97,42 @@ pub fn equal_cost(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
         heading: String::new(),
         lines,
     });
-    let first = data.labels.first().map_or("", String::as_str);
-    let (what, none) = match is_cost_equal {
-        true => (
-            format!(
-                "Change of the error against {first} at equal {}, per cent",
-                cost.heading
-            ),
-            "no budget of the two costs the same",
-        ),
-        false => (
-            format!(
-                "{} at the error of {first}, in those of {first}",
-                cost.heading
-            ),
-            "no budget of the two errs as much",
-        ),
-    };
-    table.notes = vec![
-        format!(
-            "{what}: curves over the swept budgets, interpolated linearly in logarithms, never \
-             extrapolated; ratios averaged geometrically."
-        ),
-        format!("Bold: best of its column. —: {none}."),
-    ];
+    table.notes = notes(data, spec.kind, &cost.heading);
     table
 }
 
+fn notes(data: &Data, kind: TableKind, cost: &str) -> Vec<String> {
+    const CURVES: &str = "curves over the swept budgets, interpolated linearly in logarithms, never \
+                          extrapolated; ratios averaged geometrically";
+    let first = data.labels.first().map_or("", String::as_str);
+    let (what, none) = match kind {
+        TableKind::Change => (
+            format!(
+                "Change of the mean error against {first} at the same budgets, per cent: ratios averaged \
+                 geometrically."
+            ),
+            "no budget of the two",
+        ),
+        TableKind::EqualError => (
+            format!("{cost} at the error of {first}, in those of {first}: {CURVES}."),
+            "no budget of the two errs as much",
+        ),
+        _ => (
+            format!("Change of the error against {first} at equal {cost}, per cent: {CURVES}."),
+            "no budget of the two costs the same",
+        ),
+    };
+    vec![what, format!("Bold: best of its column. —: {none}.")]
+}
+
 /// Mean logarithm of what a method has over what the first method has, in the second of the columns
-/// `axes`, where the first is equal: over scenes and the first method's budgets that the method's curve
+/// `axes`, where the first is equal (`None`: the budget): over scenes and the first method's budgets that the method's curve
 /// reaches.
-fn mean_ratio(data: &Data, scenes: &[SceneOf], (label, axes): (&str, [&str; 2])) -> Option<f64> {
+fn mean_ratio(
+    data: &Data,
+    scenes: &[SceneOf],
+    (label, axes): (&str, [Option<&str>; 2]),
+) -> Option<f64> {
     let first = data.labels.first()?;
     let mut means = Vec::new();
     for scene in scenes {
@@ -142,19 +149,25 @@ fn mean_ratio(data: &Data, scenes: &[SceneOf], (label, axes): (&str, [&str; 2]))
     (!means.is_empty()).then(|| means.iter().sum::<f64>() / means.len() as f64)
 }
 
-fn curve(data: &Data, scene: &SceneOf, (label, axes): (&str, [&str; 2])) -> Curve {
+fn curve(data: &Data, scene: &SceneOf, (label, axes): (&str, [Option<&str>; 2])) -> Curve {
     let mut curve: Curve = data
         .points
         .iter()
-        .filter_map(|point| {
+        .enumerate()
+        .filter_map(|(budget, point)| {
             let case = || Case {
                 scene: &scene.name,
                 label,
                 point,
             };
-            let [held, compared] = axes.map(|axis| data.estimate(case(), axis));
-            let (held, compared) = (held?.mean, compared?.mean);
-            (held > 0.0 && compared > 0.0).then(|| (held.ln(), compared.ln()))
+            let logarithm = |axis: Option<&str>| {
+                let Some(axis) = axis else {
+                    return Some(budget as f64);
+                };
+                let mean = data.estimate(case(), axis)?.mean;
+                (mean > 0.0).then(|| mean.ln())
+            };
+            Some((logarithm(axes[0])?, logarithm(axes[1])?))
         })
         .collect();
     curve.sort_by(|a, b| a.0.total_cmp(&b.0));
