@@ -253,6 +253,49 @@ mod tests {
     }
 
     #[test]
+    fn the_geometry_term_is_the_sum_over_the_window() {
+        let (width, height) = (13, 9);
+        let mut rng = Rng::new(3, 0, 0, 0);
+        let mut points = ShadingPoints {
+            width,
+            height,
+            point_of_pixel: vec![NO_POINT; width * height],
+            ..ShadingPoints::default()
+        };
+        for pixel in (0..width * height).filter(|pixel| pixel % 7 != 3) {
+            points.point_of_pixel[pixel] = points.pixel.len() as u32;
+            points.pixel.push(pixel as u32);
+            let turned = [0.0; 3].map(|_: f32| rng.next_f32() - 0.5);
+            // The left half is flat.
+            let normal = match pixel % width < 6 {
+                true => glam::Vec3::Y,
+                false => glam::Vec3::from(turned).normalize_or(glam::Vec3::X),
+            };
+            points.normal.push(normal);
+        }
+        let sums = geometry(&points);
+        assert_eq!(sums.len(), points.pixel.len());
+        let place = |point: usize| {
+            let pixel = points.pixel[point] as usize;
+            (pixel % width, pixel / width)
+        };
+        for (point, sum) in sums.into_iter().enumerate() {
+            let (x, y) = place(point);
+            let near = (0..points.pixel.len()).filter(|&other| {
+                let (u, v) = place(other);
+                u.abs_diff(x) <= RADIUS && v.abs_diff(y) <= RADIUS
+            });
+            let normal = points.normal[point].as_dvec3();
+            let expected: f64 = near
+                .map(|other| 1.0 - normal.dot(points.normal[other].as_dvec3()))
+                .sum();
+            let difference = (f64::from(sum) - expected).abs();
+            assert!(difference < 1e-5, "{point}: {sum} {expected}");
+            assert!(x > 3 || sum == 0.0, "flat ground: {sum}");
+        }
+    }
+
+    #[test]
     fn normalising_divides_by_the_largest_finite_value() {
         let mut map = vec![1.0, 0.0, 0.0, 0.0];
         add_normalised(&mut map, vec![2.0, 4.0, f32::NAN, f32::INFINITY], 1.0);

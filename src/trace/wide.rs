@@ -40,14 +40,16 @@ impl Node {
         unused: [0; 8],
     };
 
+    /// Cache lines of a node.
+    pub const LINES: usize = 4;
+    /// The line with the children, which are its first numbers.
+    pub const CHILDREN: usize = 3;
+
+    /// As it lies in the tree.
     pub fn lines(self) -> [Line; Self::LINES] {
         // SAFETY: both are 64 numbers of four bytes, without padding.
         unsafe { std::mem::transmute(self) }
     }
-
-    pub const LINES: usize = 4;
-    /// The line with the children, which are its first numbers.
-    pub const CHILDREN: usize = 3;
 }
 
 /// Up to eight triangles. Unused lanes are zero and therefore never hit.
@@ -67,12 +69,14 @@ impl Block {
         id: [u32::MAX; 8],
     };
 
+    /// Cache lines of a block.
+    pub const LINES: usize = 5;
+
+    /// As it lies in the tree.
     pub fn lines(self) -> [Line; Self::LINES] {
         // SAFETY: both are 80 numbers of four bytes, without padding.
         unsafe { std::mem::transmute(self) }
     }
-
-    pub const LINES: usize = 5;
 }
 
 /// Proof that the processor has the instructions of the wide kernels.

@@ -38,14 +38,9 @@ impl<'a> Illumination<'a> {
 
     pub fn point(&self, caster: &Caster, pixel: u32, sample: u32) -> Point<'_> {
         match self.frame.look_out(caster, pixel, sample) {
-            Ok(seen) => Ok((self.surface(&seen), seen)),
+            Ok(seen) => Ok((self.frame.surface(&seen), seen)),
             Err(missed) => Err(missed.throughput * self.radiance(missed.direction)),
         }
-    }
-
-    /// The surface of a sample that was looked up before.
-    pub fn surface(&self, seen: &Seen) -> Interaction<'_> {
-        self.frame.surface(seen)
     }
 
     /// Exposed radiance of the map from a direction.

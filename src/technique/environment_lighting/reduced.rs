@@ -54,7 +54,7 @@ fn features(illumination: &Illumination, seen: &[Option<Seen>]) -> Vec<Option<Fe
     seen.par_iter()
         .map(|seen| {
             let seen = seen.as_ref()?;
-            Some(Feature::new(&illumination.surface(seen), seen.depth))
+            Some(Feature::new(&illumination.frame.surface(seen), seen.depth))
         })
         .collect()
 }
@@ -167,7 +167,7 @@ impl Reduced<'_> {
                     (_, None) => Vec3::ZERO,
                     (Some(value), Some(seen)) => seen.throughput * *value,
                     (None, Some(seen)) => {
-                        let at = self.illumination.surface(seen);
+                        let at = self.illumination.frame.surface(seen);
                         let position = [pixel % frame.width, pixel / frame.width];
                         let lights = &sets[set_of(position, sample, sets.len())];
                         seen.throughput * self.illumination.lit(caster, &at, lights)
