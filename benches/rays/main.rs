@@ -1,9 +1,10 @@
 //! Mrays per CPU-second of every kernel, side by side on the same rays, as Markdown tables.
 //!
-//! `cargo bench --bench rays [-- terrain | kitchen] [--quick] [--export DIR]` prints one table a scene: the
+//! `cargo bench --bench rays [-- terrain | kitchen] [--quick] [--avx2] [--export DIR]` prints one table a scene: the
 //! portable kernel (obvhs' traversal), the wide one with single rays and with bundles, its watertight
 //! variant, and their ratios to the first. Kernels take turns and the best of seven rounds counts, so that other work on the
-//! machine disturbs all of them alike. `--quick` leaves out the scaling to two threads; `--export` also writes triangles, rays and rates as
+//! machine disturbs all of them alike. `--quick` leaves out the scaling to two threads; `--avx2` measures these kernels where the processor has
+//! better ones too; `--export` also writes triangles, rays and rates as
 //! raw files ([`export`]), which `scripts/embree-compare.py` uses.
 
 mod export;
@@ -12,7 +13,7 @@ mod terrain;
 
 use glam::Vec3;
 use lightbench::scene::{Needs, find_scene};
-use lightbench::trace::{Kernel, RayCounter, Tracer};
+use lightbench::trace::{Instructions, Kernel, RayCounter, Tracer};
 
 use sets::{Set, ray_sets};
 
@@ -32,10 +33,19 @@ fn main() {
     let mut filter = None;
     let mut directory = None;
     let mut is_quick = false;
+    let mut kernels = [
+        Kernel::Portable,
+        Kernel::wide().unwrap_or(Kernel::Portable),
+        Kernel::watertight().unwrap_or(Kernel::Portable),
+    ];
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--export" => directory = arguments.next(),
             "--quick" => is_quick = true,
+            "--avx2" => {
+                kernels[1] = Kernel::Wide(Instructions::Avx2);
+                kernels[2] = Kernel::Watertight(Instructions::Avx2);
+            }
             name if !name.starts_with('-') => filter = Some(argument),
             _ => {}
         }
@@ -46,7 +56,7 @@ fn main() {
         wanted("kitchen").then(kitchen).flatten(),
     ];
     for scene in scenes.iter().flatten() {
-        let rows = report(scene, is_quick);
+        let rows = report(scene, kernels, is_quick);
         if let Some(directory) = &directory
             && let Err(error) = export::write(directory.as_ref(), scene, &rows)
         {
@@ -114,14 +124,8 @@ fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (cpu_seconds() - start, result)
 }
 
-/// The contenders of a set: kernel and whether rays of one origin are cast together.
-const CONTENDERS: [(Kernel, bool); 5] = [
-    (Kernel::Portable, false),
-    (Kernel::Wide, false),
-    (Kernel::Wide, true),
-    (Kernel::Watertight, false),
-    (Kernel::Watertight, true),
-];
+/// The contenders of a set: index of the tracer and whether rays of one origin are cast together.
+const CONTENDERS: [(usize, bool); 5] = [(0, false), (1, false), (1, true), (2, false), (2, true)];
 
 /// What was measured on one set, by contender.
 pub struct Row {
@@ -131,7 +135,7 @@ pub struct Row {
     hits: [Option<usize>; 5],
 }
 
-fn report(scene: &Scene, is_quick: bool) -> Vec<Row> {
+fn report(scene: &Scene, kernels: [Kernel; 3], is_quick: bool) -> Vec<Row> {
     let millions = scene.triangles.len() as f64 * 1e-6;
     println!("{}: {millions:.3} M triangles\n", scene.name);
     let build = |kernel| {
@@ -146,7 +150,7 @@ fn report(scene: &Scene, is_quick: bool) -> Vec<Row> {
         );
         tracer
     };
-    let tracers = [Kernel::Portable, Kernel::Wide, Kernel::Watertight].map(build);
+    let tracers = kernels.map(build);
     println!(
         "\n| Mrays per CPU-second (× obvhs) | obvhs | single | bundle | watertight single | \
          watertight bundle | 2 threads | hits |\n|---|--:|--:|--:|--:|--:|--:|--:|"
@@ -162,17 +166,16 @@ fn report(scene: &Scene, is_quick: bool) -> Vec<Row> {
     rows
 }
 
-fn measure(set: Set, tracers: &[Tracer; 3]) -> Row {
+fn measure(set: Set, tracers: &[Tracer]) -> Row {
     let counter = RayCounter::default();
     let mut best = [f64::NAN; 5];
     let mut hits = [None; 5];
     for _ in 0..ROUNDS {
-        for (k, (kernel, bundled)) in CONTENDERS.into_iter().enumerate() {
-            let tracer = tracers.iter().find(|t| t.kernel() == kernel);
-            let Some(tracer) = tracer.filter(|_| !bundled || set.work.has_bundles()) else {
+        for (k, (tracer, bundled)) in CONTENDERS.into_iter().enumerate() {
+            if bundled && !set.work.has_bundles() {
                 continue;
-            };
-            let caster = tracer.caster(&counter);
+            }
+            let caster = tracers[tracer].caster(&counter);
             let (seconds, found) = timed(|| set.work.cast(&caster, bundled));
             best[k] = best[k].min(seconds);
             hits[k] = Some(found);

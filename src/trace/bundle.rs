@@ -12,30 +12,29 @@
 //! Which path a ray takes never changes its answer: box tests lose no hit, and the triangle tests are
 //! the same operations in the same order.
 
-use std::arch::x86_64::*;
-
 use super::Hit;
+use super::lanes::Floats;
 use super::query::{Bundle, Scratch, Waiting};
 use super::single::{self, nearest_lane};
 use super::tile::{Order, Relative, TILE, Tile, bits, reach_squared};
-use super::vector::{Seen, Vec3x8};
+use super::triangle::{Seen, Vectors};
 use super::wide::{LEAF, WideTree};
 
 /// With this many rays or fewer, rays go on alone.
 const FEW: u32 = 5;
 
 /// See [`super::Caster::occluded_bundle`].
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn occluded<const TIGHT: bool>(
-    tree: &WideTree,
+#[inline(always)]
+pub fn occluded<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
     bundle: &Bundle,
     scratch: &mut Scratch,
     occluded: &mut [u64],
 ) {
     let order = Order::new(bundle.directions.len());
     for start in (0..bundle.directions.len()).step_by(TILE) {
-        let tile = Tile::new(bundle, order, start);
-        let blocked = occluded_tile::<TIGHT>(tree, &tile, scratch);
+        let tile = Tile::new(tree.present, bundle, order, start);
+        let blocked = occluded_tile(tree, &tile, scratch);
         for k in bits(blocked) {
             let i = order.index(start + k);
             occluded[i / 64] |= 1 << (i % 64);
@@ -44,17 +43,17 @@ pub fn occluded<const TIGHT: bool>(
 }
 
 /// See [`super::Caster::closest_bundle`].
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn closest<const TIGHT: bool>(
-    tree: &WideTree,
+#[inline(always)]
+pub fn closest<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
     bundle: &Bundle,
     scratch: &mut Scratch,
     hits: &mut [Option<Hit>],
 ) {
     let order = Order::new(bundle.directions.len());
     for start in (0..bundle.directions.len()).step_by(TILE) {
-        let mut tile = Tile::new(bundle, order, start);
-        let found = closest_tile::<TIGHT>(tree, &mut tile, scratch);
+        let mut tile = Tile::new(tree.present, bundle, order, start);
+        let found = closest_tile(tree, &mut tile, scratch);
         for k in bits(tile.rays) {
             hits[order.index(start + k)] = found[k];
         }
@@ -62,12 +61,16 @@ pub fn closest<const TIGHT: bool>(
 }
 
 /// The rays of a tile that are blocked.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn occluded_tile<const TIGHT: bool>(tree: &WideTree, tile: &Tile, scratch: &mut Scratch) -> u64 {
-    let origin = Vec3x8::splat(tile.origin);
+#[inline(always)]
+fn occluded_tile<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
+    tile: &Tile<F>,
+    scratch: &mut Scratch,
+) -> u64 {
+    let present = tree.present;
+    let origin = Vectors::splat(present, tile.origin);
     let reach = reach_squared(tile.bundle.t_max);
-    let t_max = _mm256_set1_ps(tile.bundle.t_max);
+    let (t_min, t_max) = (F::splat(present, 0.0), F::splat(present, tile.bundle.t_max));
     let mut alive = tile.rays;
     let stack = &mut scratch.tiles;
     stack[0] = Waiting {
@@ -80,26 +83,26 @@ fn occluded_tile<const TIGHT: bool>(tree: &WideTree, tile: &Tile, scratch: &mut 
         let Waiting { rays, child, .. } = stack[waiting];
         let rays = rays & alive;
         if child & LEAF != 0 {
-            let seen = Seen::<TIGHT>::new(tree.block(child), origin);
+            let seen = Seen::<F, TIGHT>::new(present, tree.block(child), origin);
             for k in bits(rays) {
                 let crossing = seen.cross(tile.direction(k));
-                if crossing.hits(_mm256_setzero_ps(), t_max) != 0 {
+                if crossing.hits(present, t_min, t_max) != 0 {
                     alive ^= 1 << k;
                 }
             }
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
                 let beam = tile.beam(k);
-                if single::occluded::<TIGHT>(tree, &beam, child, &mut scratch.children) {
+                if single::occluded(tree, &beam, child, &mut scratch.children) {
                     alive ^= 1 << k;
                 }
             }
         } else {
             let node = tree.node(child);
-            let planes = Relative::new(node, &tile.origin);
-            let mut boxes = planes.within(reach);
+            let planes = Relative::new(present, node, &tile.origin);
+            let mut boxes = planes.within(present, reach);
             if let Some(cone) = &tile.cone {
-                boxes &= cone.reaches(&planes);
+                boxes &= cone.reaches(present, &planes);
             }
             while boxes != 0 {
                 let lane = 31 - boxes.leading_zeros() as usize;
@@ -121,14 +124,14 @@ fn occluded_tile<const TIGHT: bool>(tree: &WideTree, tile: &Tile, scratch: &mut 
 }
 
 /// The closest hits of a tile, which also become the limits of its rays.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn closest_tile<const TIGHT: bool>(
-    tree: &WideTree,
-    tile: &mut Tile,
+#[inline(always)]
+fn closest_tile<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
+    tile: &mut Tile<F>,
     scratch: &mut Scratch,
 ) -> [Option<Hit>; TILE] {
-    let origin = Vec3x8::splat(tile.origin);
+    let present = tree.present;
+    let origin = Vectors::splat(present, tile.origin);
     let mut best = [None; TILE];
     let mut reach = reach_squared(tile.bundle.t_max);
     let stack = &mut scratch.tiles;
@@ -150,12 +153,12 @@ fn closest_tile<const TIGHT: bool>(
         }
         if child & LEAF != 0 {
             let block = tree.block(child);
-            let seen = Seen::<TIGHT>::new(block, origin);
+            let seen = Seen::<F, TIGHT>::new(present, block, origin);
             let mut nearer = 0;
             for k in bits(rays) {
                 let crossing = seen.cross(tile.direction(k));
-                let limits = [0.0, tile.t_max[k / 8][k % 8]];
-                let found = nearest_lane(&crossing, block, limits, &mut best[k]);
+                let limits = [0.0, tile.t_max[k / F::LANES][k % F::LANES]];
+                let found = nearest_lane(present, &crossing, block, limits, &mut best[k]);
                 nearer |= u64::from(found) << k;
             }
             if nearer != 0 {
@@ -164,19 +167,19 @@ fn closest_tile<const TIGHT: bool>(
         } else if rays.count_ones() <= FEW {
             for k in bits(rays) {
                 let beam = tile.beam(k);
-                single::closest::<TIGHT>(tree, &beam, child, &mut scratch.sorted, &mut best[k]);
+                single::closest(tree, &beam, child, &mut scratch.sorted, &mut best[k]);
             }
             reach = tile.shorten(&best, rays);
         } else {
             let node = tree.node(child);
-            let planes = Relative::new(node, &tile.origin);
-            let mut boxes = planes.within(reach);
+            let planes = Relative::new(present, node, &tile.origin);
+            let mut boxes = planes.within(present, reach);
             if let Some(cone) = &tile.cone {
-                boxes &= cone.reaches(&planes);
+                boxes &= cone.reaches(present, &planes);
             }
             let first = waiting;
             while boxes != 0 {
-                let lane = boxes.trailing_zeros() as usize & 7;
+                let lane = boxes.trailing_zeros() as usize % F::LANES;
                 boxes &= boxes - 1;
                 let entering = tile.entering(&planes, lane, rays);
                 if entering == 0 {

@@ -6,47 +6,92 @@ const VARIABLE: &str = "LIGHTBENCH_KERNEL";
 /// A traversal with the tree it needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// Eight boxes or triangles at a time; needs a processor with AVX2 and FMA (x86-64-v3).
-    Wide,
+    /// Sixteen boxes or triangles at a time.
+    Wide(Instructions),
     /// As [`Kernel::Wide`], with a triangle test that no ray passes between neighbours.
-    Watertight,
+    Watertight(Instructions),
     /// obvhs' traversal of its compressed tree; runs everywhere.
     Portable,
 }
 
+/// What the wide kernels are compiled for. Their answers are the same to the last bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// AVX-512 (F and DQ).
+    Avx512,
+    /// AVX2 and FMA (x86-64-v3).
+    Avx2,
+}
+
+impl Instructions {
+    const ALL: [Self; 2] = [Self::Avx512, Self::Avx2];
+
+    /// Whether this processor has them.
+    fn are_available(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return match self {
+            Self::Avx512 => super::lanes::HasAvx512::detect().is_some(),
+            Self::Avx2 => super::lanes::HasAvx2::detect().is_some(),
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
+    /// The widest of this processor.
+    fn best() -> Option<Self> {
+        Self::ALL.into_iter().find(|set| set.are_available())
+    }
+}
+
 impl Kernel {
-    pub const ALL: [Self; 3] = [Self::Wide, Self::Watertight, Self::Portable];
+    pub const ALL: [Self; 5] = [
+        Self::Wide(Instructions::Avx512),
+        Self::Wide(Instructions::Avx2),
+        Self::Watertight(Instructions::Avx512),
+        Self::Watertight(Instructions::Avx2),
+        Self::Portable,
+    ];
+
+    /// The sixteen-wide kernel for the best instructions of this processor, if it has any.
+    pub fn wide() -> Option<Self> {
+        Instructions::best().map(Self::Wide)
+    }
+
+    /// The watertight kernel for the best instructions of this processor, if it has any.
+    pub fn watertight() -> Option<Self> {
+        Instructions::best().map(Self::Watertight)
+    }
 
     /// The kernel that the environment variable `LIGHTBENCH_KERNEL` names (`wide`, `watertight` or
-    /// `portable`), or the fastest one of this processor when it is not set.
+    /// one of [`Kernel::name`]), or the fastest one of this processor when it is not set.
     ///
     /// # Errors
     /// A name that is not one of these, or a kernel that this processor cannot run.
     pub fn requested() -> Result<Self, String> {
         let Some(value) = std::env::var_os(VARIABLE) else {
-            return Ok(if Self::Wide.is_available() {
-                Self::Wide
-            } else {
-                Self::Portable
-            });
+            return Ok(Self::wide().unwrap_or(Self::Portable));
         };
-        let kernel = match value.to_str() {
-            Some("wide") => Self::Wide,
-            Some("watertight") => Self::Watertight,
-            Some("portable") => Self::Portable,
-            _ => {
+        let name = value.to_str().unwrap_or_default();
+        let named = Self::ALL.into_iter().find(|kernel| kernel.name() == name);
+        let found = match name {
+            "wide" => Self::wide(),
+            "watertight" => Self::watertight(),
+            _ if named.is_none() => {
+                let names = Self::ALL.map(Self::name).join(", ");
                 return Err(format!(
-                    "{VARIABLE} = {value:?}: expected wide, watertight or portable"
+                    "{VARIABLE} = {value:?}: expected wide, watertight or one of {names}"
                 ));
             }
+            _ => named.filter(|kernel| kernel.is_available()),
         };
-        if kernel.is_available() {
-            Ok(kernel)
-        } else {
-            Err(format!(
-                "{VARIABLE} = {value:?}: this processor lacks AVX2 or FMA; only portable runs here"
-            ))
-        }
+        found.ok_or_else(|| {
+            let present = Self::ALL.into_iter().filter(|kernel| kernel.is_available());
+            let names: Vec<&str> = present.map(Self::name).collect();
+            format!(
+                "{VARIABLE} = {value:?}: this processor lacks the instructions; it runs {}",
+                names.join(", ")
+            )
+        })
     }
 
     /// [`Kernel::requested`], or the portable kernel where that is an error; the command line refuses
@@ -58,10 +103,7 @@ impl Kernel {
     /// Whether this processor has the instructions.
     pub fn is_available(self) -> bool {
         match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Wide | Self::Watertight => super::wide::Features::detect().is_some(),
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Wide | Self::Watertight => false,
+            Self::Wide(set) | Self::Watertight(set) => set.are_available(),
             Self::Portable => true,
         }
     }
@@ -69,8 +111,10 @@ impl Kernel {
     /// The name for provenance.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Wide => "wide-avx2-fma",
-            Self::Watertight => "watertight-avx2-fma",
+            Self::Wide(Instructions::Avx512) => "wide-avx512",
+            Self::Wide(Instructions::Avx2) => "wide-avx2-fma",
+            Self::Watertight(Instructions::Avx512) => "watertight-avx512",
+            Self::Watertight(Instructions::Avx2) => "watertight-avx2-fma",
             Self::Portable => "portable",
         }
     }

@@ -30,11 +30,15 @@ mod bundle;
 #[cfg(target_arch = "x86_64")]
 mod collapse;
 #[cfg(target_arch = "x86_64")]
+mod entry;
+#[cfg(target_arch = "x86_64")]
+mod lanes;
+#[cfg(target_arch = "x86_64")]
 mod single;
 #[cfg(target_arch = "x86_64")]
 mod tile;
 #[cfg(target_arch = "x86_64")]
-mod vector;
+mod triangle;
 #[cfg(target_arch = "x86_64")]
 mod wide;
 
@@ -43,7 +47,7 @@ mod tests;
 
 pub use caster::Caster;
 pub use counter::{RayCounter, RayCounts};
-pub use kernel::Kernel;
+pub use kernel::{Instructions, Kernel};
 pub use tracer::Tracer;
 
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! One ray against the eight-wide tree: one instruction stream per node tests all eight boxes.
+//! One ray against the wide tree: one stream of instructions a node tests all its boxes.
 //!
 //! A box is entered where the ray is past all near planes and before all far planes. With
 //! `t = plane·r − o·r`, `r = 1/d`, a plane costs one fused operation. `o·r` is prepared twice, so that
@@ -13,10 +13,11 @@
 //! skips what lies beyond the closest hit so far. Of triangles hit at the same distance the
 //! one with the smallest index wins, in whatever order they are met.
 
-use std::arch::x86_64::*;
+use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
 
+use super::lanes::Floats;
 use super::tile::bits as set_bits;
-use super::vector::{Crossing, Seen, Vec3x8, load, load_bits, store, store_bits};
+use super::triangle::{Crossing, Seen, Vectors};
 use super::wide::{Block, LEAF, Line, Node, WideTree};
 use super::{Hit, Ray};
 
@@ -31,113 +32,91 @@ pub fn reciprocal(d: f32) -> f32 {
 }
 
 /// A ray prepared for box and triangle tests.
-pub struct Beam {
+pub struct Beam<F: Floats> {
+    present: F::Present,
     /// `1/d`.
-    scale: Vec3x8,
+    scale: Vectors<F>,
     /// `o/d`, moved by more than all rounding that grows with `o`.
-    near_shift: Vec3x8,
-    far_shift: Vec3x8,
+    near_shift: Vectors<F>,
+    far_shift: Vectors<F>,
     /// Rows of the near planes; the far plane of an axis is the other row of the pair.
     near_row: [usize; 3],
-    origin: Vec3x8,
-    direction: Vec3x8,
+    origin: Vectors<F>,
+    direction: Vectors<F>,
     t_min: f32,
     t_max: f32,
 }
 
-impl Beam {
+impl<F: Floats> Beam<F> {
     /// `ray` must be finite apart from an infinite `t_max`.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn new(ray: &Ray) -> Self {
-        Self::with_scale(ray, ray.direction.to_array().map(reciprocal))
+    #[inline(always)]
+    pub fn new(present: F::Present, ray: &Ray) -> Self {
+        Self::with_scale(present, ray, ray.direction.to_array().map(reciprocal))
     }
 
     /// As [`Beam::new`] with the reciprocals of the direction at hand.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    pub fn with_scale(ray: &Ray, scale: [f32; 3]) -> Self {
+    #[inline(always)]
+    pub fn with_scale(present: F::Present, ray: &Ray, scale: [f32; 3]) -> Self {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
         let shift = |slack: f32| {
             let each = |a: usize| o[a] * scale[a] + (o[a] * scale[a]).abs() * slack;
-            Vec3x8::splat([each(0), each(1), each(2)])
+            Vectors::splat(present, [each(0), each(1), each(2)])
         };
         Self {
-            scale: Vec3x8::splat(scale),
+            present,
+            scale: Vectors::splat(present, scale),
             near_shift: shift(SLACK),
             far_shift: shift(-SLACK),
             near_row: [0, 1, 2].map(|a| 2 * a + usize::from(scale[a] < 0.0)),
-            origin: Vec3x8::splat(o),
-            direction: Vec3x8::splat(d),
+            origin: Vectors::splat(present, o),
+            direction: Vectors::splat(present, d),
             t_min: ray.t_min.max(0.0) + 0.0,
             t_max: ray.t_max,
         }
     }
 
     /// The entry distances of a node's boxes and a bit for each box entered before `t_max`.
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn boxes(&self, node: &Node, t_max: f32) -> (__m256i, u32) {
-        // SAFETY: rows are 2a or 2a + 1 for an axis a < 3, and so are they after `^ 1`.
-        let plane = |row: usize| load(unsafe { node.planes.get_unchecked(row) });
+    #[inline(always)]
+    fn boxes(&self, node: &Node<F>, t_max: f32) -> (F, u32) {
         let [x, y, z] = self.near_row;
-        let near_x = _mm256_fmsub_ps(plane(x), self.scale.x, self.near_shift.x);
-        let near_y = _mm256_fmsub_ps(plane(y), self.scale.y, self.near_shift.y);
-        let near_z = _mm256_fmsub_ps(plane(z), self.scale.z, self.near_shift.z);
-        let far_x = _mm256_fmsub_ps(plane(x ^ 1), self.scale.x, self.far_shift.x);
-        let far_y = _mm256_fmsub_ps(plane(y ^ 1), self.scale.y, self.far_shift.y);
-        let far_z = _mm256_fmsub_ps(plane(z ^ 1), self.scale.z, self.far_shift.z);
-        let t_min = _mm256_castps_si256(_mm256_set1_ps(self.t_min));
-        let t_max = _mm256_castps_si256(_mm256_set1_ps(t_max));
-        let near = max_bits(
-            max_bits(bits(near_x), bits(near_y)),
-            max_bits(bits(near_z), t_min),
-        );
-        let far = min_bits(
-            min_bits(bits(far_x), bits(far_y)),
-            min_bits(bits(far_z), t_max),
-        );
-        let missed = _mm256_castsi256_ps(_mm256_cmpgt_epi32(near, far));
-        (near, !_mm256_movemask_ps(missed) as u32 & 0xff)
+        let (scale, near, far) = (&self.scale, &self.near_shift, &self.far_shift);
+        let near_x = self.plane(node, x).mul_sub(scale.x, near.x);
+        let near_y = self.plane(node, y).mul_sub(scale.y, near.y);
+        let near_z = self.plane(node, z).mul_sub(scale.z, near.z);
+        let far_x = self.plane(node, x ^ 1).mul_sub(scale.x, far.x);
+        let far_y = self.plane(node, y ^ 1).mul_sub(scale.y, far.y);
+        let far_z = self.plane(node, z ^ 1).mul_sub(scale.z, far.z);
+        let t_min = F::splat(self.present, self.t_min);
+        let t_max = F::splat(self.present, t_max);
+        let near = near_x.max_bits(near_y).max_bits(near_z.max_bits(t_min));
+        let far = far_x.min_bits(far_y).min_bits(far_z.min_bits(t_max));
+        (near, near.le_bits(far))
     }
 
-    #[inline]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn crossing<const TIGHT: bool>(&self, block: &Block) -> Crossing {
-        Seen::<TIGHT>::new(block, self.origin).cross(self.direction)
+    #[inline(always)]
+    fn plane(&self, node: &Node<F>, row: usize) -> F {
+        // SAFETY: rows are 2a or 2a + 1 for an axis a < 3, and so are they after `^ 1`.
+        F::load(self.present, unsafe { node.planes.get_unchecked(row) })
+    }
+
+    #[inline(always)]
+    fn crossing<const TIGHT: bool>(&self, block: &Block<F>) -> Crossing<F> {
+        Seen::<F, TIGHT>::new(self.present, block, self.origin).cross(self.direction)
     }
 }
 
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn bits(v: __m256) -> __m256i {
-    _mm256_castps_si256(v)
-}
-
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn max_bits(a: __m256i, b: __m256i) -> __m256i {
-    _mm256_max_epi32(a, b)
-}
-
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn min_bits(a: __m256i, b: __m256i) -> __m256i {
-    _mm256_min_epi32(a, b)
-}
-
-impl WideTree {
+impl<F: Floats, const TIGHT: bool> WideTree<F, TIGHT> {
     #[inline]
-    pub(super) fn node(&self, child: u32) -> &Node {
-        debug_assert!(child & LEAF == 0 && child as usize + Node::LINES <= self.lines.len());
+    pub(super) fn node(&self, child: u32) -> &Node<F> {
+        debug_assert!(child & LEAF == 0 && child as usize + Node::<F>::LINES <= self.lines.len());
         // SAFETY: `collapse` sets `LEAF` or the first line of a node.
         unsafe { &*self.address(child).cast() }
     }
 
     #[inline]
-    pub(super) fn block(&self, child: u32) -> &Block {
+    pub(super) fn block(&self, child: u32) -> &Block<F> {
         debug_assert!(
-            child & LEAF != 0 && (child & !LEAF) as usize + Block::LINES <= self.lines.len()
+            child & LEAF != 0 && (child & !LEAF) as usize + Block::<F>::LINES <= self.lines.len()
         );
         // SAFETY: `collapse` sets the first line of a block. Empty slots, which no ray enters, name
         // line 0, where any tree has five lines.
@@ -152,7 +131,7 @@ impl WideTree {
     /// Asks for a child ahead of its visit.
     #[inline]
     pub(super) fn prefetch(&self, child: u32) {
-        for line in 0..Block::LINES {
+        for line in 0..Block::<F>::LINES {
             let address = self.address(child).wrapping_add(line);
             // SAFETY: a prefetch reads nothing and cannot fault; SSE is part of x86-64.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
@@ -160,36 +139,17 @@ impl WideTree {
     }
 }
 
-/// Whether anything is hit in `(t_min, t_max]`.
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn occluded_ray<const TIGHT: bool>(tree: &WideTree, ray: &Ray, stack: &mut [u32]) -> bool {
-    occluded::<TIGHT>(tree, &Beam::new(ray), 0, stack)
-}
-
-/// The closest hit in `(t_min, t_max]`.
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn closest_ray<const TIGHT: bool>(
-    tree: &WideTree,
-    ray: &Ray,
-    stack: &mut [u64],
-) -> Option<Hit> {
-    let mut best = None;
-    closest::<TIGHT>(tree, &Beam::new(ray), 0, stack, &mut best);
-    best
-}
-
 /// Whether anything below `child` is hit in `(t_min, t_max]`. `stack` holds
 /// `tree.stack_entries` entries.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn occluded<const TIGHT: bool>(
-    tree: &WideTree,
-    beam: &Beam,
+#[inline(always)]
+pub fn occluded<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
+    beam: &Beam<F>,
     child: u32,
     stack: &mut [u32],
 ) -> bool {
-    let t_min = _mm256_set1_ps(beam.t_min);
-    let t_max = _mm256_set1_ps(beam.t_max);
+    let t_min = F::splat(tree.present, beam.t_min);
+    let t_max = F::splat(tree.present, beam.t_max);
     let mut waiting = 0;
     let mut child = child;
     loop {
@@ -197,16 +157,20 @@ pub fn occluded<const TIGHT: bool>(
             let node = tree.node(child);
             let (_, entered) = beam.boxes(node, beam.t_max);
             if entered != 0 {
-                let lowest = |lanes: u32| node.children[lanes.trailing_zeros() as usize & 7];
+                let lowest = |lanes: u32| node.children[lanes.trailing_zeros() as usize % F::LANES];
                 let rest = entered & (entered - 1);
-                push(node, rest, &mut stack[waiting..]);
+                F::write_falling(tree.present, &node.children, rest, &mut stack[waiting..]);
                 waiting += rest.count_ones() as usize;
                 tree.prefetch(lowest(rest));
                 tree.prefetch(lowest(rest & rest.wrapping_sub(1)));
                 child = lowest(entered);
                 continue;
             }
-        } else if beam.crossing::<TIGHT>(tree.block(child)).hits(t_min, t_max) != 0 {
+        } else if beam
+            .crossing::<TIGHT>(tree.block(child))
+            .hits(tree.present, t_min, t_max)
+            != 0
+        {
             return true;
         }
         if waiting == 0 {
@@ -218,41 +182,12 @@ pub fn occluded<const TIGHT: bool>(
     }
 }
 
-/// Writes the children of the set lanes, highest lane first, to the front of `top`, and anything to
-/// the rest of its first eight entries: one permutation and one store without a branch.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn push(node: &Node, lanes: u32, top: &mut [u32]) {
-    let order = load_bits(&FALLING[lanes as usize & 0xff]);
-    let children = _mm256_permutevar8x32_epi32(load_bits(&node.children), order);
-    store_bits(&mut top[..8], children);
-}
-
-/// `[m]`: the positions of the set bits of `m` from the highest to the lowest, then zeros.
-static FALLING: [[u32; 8]; 256] = {
-    let mut table = [[0; 8]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let mut left = mask as u32;
-        let mut count = 0;
-        while left != 0 {
-            let highest = 31 - left.leading_zeros();
-            table[mask][count] = highest;
-            left ^= 1 << highest;
-            count += 1;
-        }
-        mask += 1;
-    }
-    table
-};
-
 /// The closest hit below `child` in `(t_min, t_max]` that beats `best`. `stack` holds
 /// `tree.stack_entries` entries: the bits of the entry distance above the child.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn closest<const TIGHT: bool>(
-    tree: &WideTree,
-    beam: &Beam,
+#[inline(always)]
+pub fn closest<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
+    beam: &Beam<F>,
     child: u32,
     stack: &mut [u64],
     best: &mut Option<Hit>,
@@ -265,15 +200,15 @@ pub fn closest<const TIGHT: bool>(
             let node = tree.node(child);
             let (near, entered) = beam.boxes(node, t_max);
             if entered != 0 {
-                let first = entered.trailing_zeros() as usize & 7;
+                let first = entered.trailing_zeros() as usize % F::LANES;
                 let others = entered & (entered - 1);
                 child = node.children[first];
                 tree.prefetch(child);
                 if others == 0 {
                     continue;
                 }
-                let near = store(_mm256_castsi256_ps(near));
-                let second = others.trailing_zeros() as usize & 7;
+                let near = near.store();
+                let second = others.trailing_zeros() as usize % F::LANES;
                 tree.prefetch(node.children[second]);
                 if others & (others - 1) != 0 {
                     child = push_sorted(tree, node, (&near, entered), &mut stack[waiting..]);
@@ -293,7 +228,7 @@ pub fn closest<const TIGHT: bool>(
         } else {
             let block = tree.block(child);
             let crossing = beam.crossing::<TIGHT>(block);
-            nearest_lane(&crossing, block, [beam.t_min, t_max], best);
+            nearest_lane(tree.present, &crossing, block, [beam.t_min, t_max], best);
             t_max = best.map_or(beam.t_max, |hit| hit.t);
         }
         loop {
@@ -311,18 +246,17 @@ pub fn closest<const TIGHT: bool>(
 
 /// A child that waits: the bits of its entry distance above it.
 #[inline]
-fn entry(node: &Node, near: &[f32; 8], lane: usize) -> u64 {
-    u64::from(near[lane & 7].to_bits()) << 32 | u64::from(node.children[lane & 7])
+fn entry<F: Floats>(node: &Node<F>, near: &F::Row, lane: usize) -> u64 {
+    u64::from(near[lane % F::LANES].to_bits()) << 32 | u64::from(node.children[lane % F::LANES])
 }
 
 /// The nearest of three or more entered children; writes the others to `top`, from the farthest to
 /// the nearest.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn push_sorted(
-    tree: &WideTree,
-    node: &Node,
-    (near, entered): (&[f32; 8], u32),
+#[inline(always)]
+fn push_sorted<F: Floats, const TIGHT: bool>(
+    tree: &WideTree<F, TIGHT>,
+    node: &Node<F>,
+    (near, entered): (&F::Row, u32),
     top: &mut [u64],
 ) -> u32 {
     let mut count = 0;
@@ -342,27 +276,26 @@ fn push_sorted(
 
 /// Replaces `best` by the nearest of a block's hits in `(limits[0], limits[1]]` if that is nearer,
 /// or as near with a smaller index; whether it did.
-#[inline]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-pub fn nearest_lane(
-    crossing: &Crossing,
-    block: &Block,
+#[inline(always)]
+pub fn nearest_lane<F: Floats>(
+    present: F::Present,
+    crossing: &Crossing<F>,
+    block: &Block<F>,
     limits: [f32; 2],
     best: &mut Option<Hit>,
 ) -> bool {
     let [t_min, t_max] = limits;
     // The undivided test may round the other way than the division that decides below.
-    let generous = _mm256_set1_ps(t_max * (1.0 + SLACK));
-    let mut hits = crossing.hits(_mm256_set1_ps(t_min), generous);
+    let generous = F::splat(present, t_max * (1.0 + SLACK));
+    let mut hits = crossing.hits(present, F::splat(present, t_min), generous);
     if hits == 0 {
         return false;
     }
-    let divided = |v: __m256| store(_mm256_div_ps(v, crossing.denominator));
-    let t = divided(crossing.t);
+    let t = (crossing.t / crossing.denominator).store();
     let mut found = None;
     let mut limit = (t_max, best.map_or(u32::MAX, |hit| hit.triangle));
     while hits != 0 {
-        let lane = hits.trailing_zeros() as usize & 7;
+        let lane = hits.trailing_zeros() as usize % F::LANES;
         hits &= hits - 1;
         let candidate = (t[lane], block.id[lane]);
         if candidate.0 < limit.0 || candidate.0 == limit.0 && candidate.1 < limit.1 {
@@ -373,8 +306,8 @@ pub fn nearest_lane(
     if let Some(lane) = found {
         *best = Some(Hit {
             t: t[lane],
-            u: divided(crossing.u)[lane],
-            v: divided(crossing.v)[lane],
+            u: (crossing.u / crossing.denominator).store()[lane],
+            v: (crossing.v / crossing.denominator).store()[lane],
             triangle: block.id[lane],
         });
     }

@@ -67,12 +67,8 @@ impl Tracer {
 
 fn tree(corners: &[Triangle], kernel: Kernel) -> Box<dyn RayTree> {
     #[cfg(target_arch = "x86_64")]
-    if let (Kernel::Wide | Kernel::Watertight, Some(features)) =
-        (kernel, super::wide::Features::detect())
-    {
-        let binary = super::binary::improved(&binary_tree(corners, THOROUGH));
-        let variant = (features, kernel == Kernel::Watertight);
-        return Box::new(super::collapse::collapse(&binary, corners, variant));
+    if let Some(tree) = super::entry::tree(corners, kernel) {
+        return tree;
     }
     Box::new(PortableTree::new(corners))
 }
@@ -87,7 +83,7 @@ pub(super) const MEDIUM: BvhBuildParams = BvhBuildParams {
 /// Three times as many nodes that obvhs tries to reinsert and a wider search for pairs: rays are 5–10 %
 /// faster and the tree 6 % smaller for half as much again of build time.
 #[cfg(target_arch = "x86_64")]
-const THOROUGH: BvhBuildParams = BvhBuildParams {
+pub(super) const THOROUGH: BvhBuildParams = BvhBuildParams {
     reinsertion_batch_ratio: 0.15,
     ploc_search_distance: PlocSearchDistance::High,
     search_depth_threshold: 2,

@@ -124,12 +124,14 @@ fn an_empty_scene_is_never_hit() {
 }
 
 #[test]
-fn the_portable_kernel_can_be_forced() {
+fn kernels_can_be_chosen() {
     assert_eq!(quad(Kernel::Portable).kernel(), Kernel::Portable);
-    let best = if Kernel::Wide.is_available() {
-        Kernel::Wide
-    } else {
-        Kernel::Portable
-    };
-    assert_eq!(quad(Kernel::Wide).kernel(), best);
+    for kernel in Kernel::ALL {
+        let answers = if kernel.is_available() {
+            kernel
+        } else {
+            Kernel::Portable
+        };
+        assert_eq!(quad(kernel).kernel(), answers);
+    }
 }

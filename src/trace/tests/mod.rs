@@ -7,7 +7,7 @@ mod watertight;
 
 use glam::Vec3;
 
-use super::{Hit, Kernel, Ray, RayCounter, Tracer};
+use super::{Hit, Instructions, Kernel, Ray, RayCounter, Tracer};
 use brute::Brute;
 use scenes::{Soup, all, rays_for};
 
@@ -17,14 +17,21 @@ use scenes::{Soup, all, rays_for};
 /// recognised in f64.
 #[test]
 fn wide_rays_agree_with_brute_force_to_the_last_bit() {
-    if !Kernel::Wide.is_available() {
-        println!("skipped: no AVX2 and FMA");
-        return;
+    for kernel in [Instructions::Avx512, Instructions::Avx2].map(Kernel::Wide) {
+        if kernel.is_available() {
+            check_against_brute_force(kernel);
+        } else {
+            println!("skipped: this processor cannot run {}", kernel.name());
+        }
     }
+}
+
+fn check_against_brute_force(kernel: Kernel) {
     let mut doubtful = 0;
     let mut total = 0;
     for soup in all() {
-        let tracer = Tracer::with_kernel(&soup.positions, &soup.triangles, Kernel::Wide);
+        let tracer = Tracer::with_kernel(&soup.positions, &soup.triangles, kernel);
+        assert_eq!(tracer.kernel(), kernel);
         let counter = RayCounter::default();
         let caster = tracer.caster(&counter);
         let brute = Brute::new(&soup);
@@ -42,7 +49,7 @@ fn wide_rays_agree_with_brute_force_to_the_last_bit() {
             }
         }
     }
-    println!("{doubtful} of {total} rays doubtful");
+    println!("{}: {doubtful} of {total} rays doubtful", kernel.name());
     assert!(doubtful * 2000 < total, "{doubtful} of {total}");
 }
 

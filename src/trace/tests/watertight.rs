@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::sample::{Frame, Rng, equal_area_hemisphere};
-use crate::trace::{Caster, Kernel, Ray, RayCounter, Tracer};
+use crate::trace::{Caster, Instructions, Kernel, Ray, RayCounter, Tracer};
 
 struct Mesh {
     name: &'static str,
@@ -118,17 +118,20 @@ fn total_leaks(mesh: &Mesh, kernel: Kernel) -> (usize, usize) {
 
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
-    if !Kernel::Watertight.is_available() {
-        println!("skipped: no AVX2 and FMA");
-        return;
-    }
-    for mesh in meshes() {
-        let (leaked, total) = total_leaks(&mesh, Kernel::Watertight);
-        let (fast, _) = total_leaks(&mesh, Kernel::Wide);
-        println!(
-            "{}: {leaked} of {total} rays leak, {fast} by the fast test",
-            mesh.name
-        );
-        assert_eq!(leaked, 0, "{} of {total} rays", mesh.name);
+    for instructions in [Instructions::Avx512, Instructions::Avx2] {
+        let kernel = Kernel::Watertight(instructions);
+        if !kernel.is_available() {
+            println!("skipped: this processor cannot run {}", kernel.name());
+            continue;
+        }
+        for mesh in meshes() {
+            let (leaked, total) = total_leaks(&mesh, kernel);
+            let (fast, _) = total_leaks(&mesh, Kernel::Wide(instructions));
+            println!(
+                "{}: {leaked} of {total} rays leak, {fast} by the fast test",
+                mesh.name
+            );
+            assert_eq!(leaked, 0, "{} of {total} rays", mesh.name);
+        }
     }
 }
