@@ -7,7 +7,8 @@ use clap::{Args, Parser, Subcommand};
 const NOTES: &str = "Exit codes: 0 ok · 2 usage or config · 3 nothing selected · 4 some jobs failed · \
 10 gate failed · 11 gate inconclusive · 12 gate has no data · 130 interrupted (finished jobs kept)
 Environment: LIGHTBENCH_SCENES path list of folders with scenes and maps · LIGHTBENCH_KERNEL how rays are \
-traced: wide (default where the processor has AVX2 and FMA), watertight or portable";
+traced: wide (default where the processor has AVX-512, or AVX2 and FMA), watertight, portable, or a kernel by \
+the name it has in provenance.json";
 
 /// A laboratory for cached light: which method is better, by how much, at what cost, and is it
 /// significant.

@@ -34,6 +34,9 @@ fn instruction_sets() -> Vec<&'static str> {
     if std::arch::is_x86_feature_detected!("fma") {
         found.push("fma");
     }
+    if std::arch::is_x86_feature_detected!("avx512f") {
+        found.push("avx512f");
+    }
     found
 }
 

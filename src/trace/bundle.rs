@@ -3,9 +3,9 @@
 //!
 //! - A stack entry is a child with a mask of the rays that enter it; rays that are settled meanwhile
 //!   drop out when it is popped.
-//! - A node's eight boxes, taken relative to the origin, are first culled at once against the cone
+//! - A node's boxes, taken relative to the origin, are first culled at once against the cone
 //!   around the tile (its slopes along the main axis) and against `t_max`; each box left is tested
-//!   against groups of eight rays.
+//!   against groups of rays, one a lane.
 //! - A leaf prepares its triangles once ([`Seen`]); a ray then costs three dot products.
 //! - When few rays are left, they go on alone with the single-ray kernel.
 //!

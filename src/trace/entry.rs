@@ -6,7 +6,7 @@ use obvhs::triangle::Triangle;
 use super::binary::improved;
 use super::collapse::collapse;
 use super::kernel::{Instructions, Kernel};
-use super::lanes::{Avx2, Avx512, Floats, HasAvx2, HasAvx512, MOST_LANES};
+use super::lanes::{Avx2, Avx512, Floats, MOST_LANES};
 use super::query::{Bundle, RayTree, Scratch, Waiting};
 use super::single::Beam;
 use super::tracer::{THOROUGH, binary_tree};
@@ -16,29 +16,22 @@ use super::{Hit, Ray, bundle, single};
 /// The wide tree of a kernel, where this processor can run it.
 pub fn tree(corners: &[Triangle], kernel: Kernel) -> Option<Box<dyn RayTree>> {
     match kernel {
-        Kernel::Wide(Instructions::Avx512) => Some(Box::new(build::<Avx512, false>(
-            HasAvx512::detect()?,
-            corners,
-        ))),
-        Kernel::Wide(Instructions::Avx2) => {
-            Some(Box::new(build::<Avx2, false>(HasAvx2::detect()?, corners)))
-        }
-        Kernel::Watertight(Instructions::Avx512) => Some(Box::new(build::<Avx512, true>(
-            HasAvx512::detect()?,
-            corners,
-        ))),
-        Kernel::Watertight(Instructions::Avx2) => {
-            Some(Box::new(build::<Avx2, true>(HasAvx2::detect()?, corners)))
-        }
+        Kernel::Wide(Instructions::Avx512) => build::<Avx512, false>(corners),
+        Kernel::Wide(Instructions::Avx2) => build::<Avx2, false>(corners),
+        Kernel::Watertight(Instructions::Avx512) => build::<Avx512, true>(corners),
+        Kernel::Watertight(Instructions::Avx2) => build::<Avx2, true>(corners),
         Kernel::Portable => None,
     }
 }
 
-fn build<F: Floats, const TIGHT: bool>(
-    present: F::Present,
-    corners: &[Triangle],
-) -> WideTree<F, TIGHT> {
-    collapse(present, &improved(&binary_tree(corners, THOROUGH)), corners)
+fn build<F: Floats + 'static, const TIGHT: bool>(corners: &[Triangle]) -> Option<Box<dyn RayTree>>
+where
+    WideTree<F, TIGHT>: RayTree,
+{
+    let present = F::detect()?;
+    let binary = improved(&binary_tree(corners, THOROUGH));
+    let tree: WideTree<F, TIGHT> = collapse(present, &binary, corners);
+    Some(Box::new(tree))
 }
 
 /// The entry points: everything below them is inlined and so compiled for these instructions.

@@ -1,12 +1,15 @@
 //! Which instructions answer ray queries, decided at run time.
 
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{Avx2, Avx512, Floats};
+
 /// The environment variable that names a kernel.
 const VARIABLE: &str = "LIGHTBENCH_KERNEL";
 
 /// A traversal with the tree it needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// Sixteen boxes or triangles at a time.
+    /// As many boxes or triangles at a time as a register has lanes.
     Wide(Instructions),
     /// As [`Kernel::Wide`], with a triangle test that no ray passes between neighbours.
     Watertight(Instructions),
@@ -17,9 +20,9 @@ pub enum Kernel {
 /// What the wide kernels are compiled for. Their answers are the same to the last bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
-    /// AVX-512 (F and DQ).
+    /// AVX-512 (F and DQ): sixteen lanes.
     Avx512,
-    /// AVX2 and FMA (x86-64-v3).
+    /// AVX2 and FMA (x86-64-v3): eight lanes.
     Avx2,
 }
 
@@ -30,8 +33,8 @@ impl Instructions {
     fn are_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         return match self {
-            Self::Avx512 => super::lanes::HasAvx512::detect().is_some(),
-            Self::Avx2 => super::lanes::HasAvx2::detect().is_some(),
+            Self::Avx512 => Avx512::detect().is_some(),
+            Self::Avx2 => Avx2::detect().is_some(),
         };
         #[cfg(not(target_arch = "x86_64"))]
         false
@@ -52,7 +55,7 @@ impl Kernel {
         Self::Portable,
     ];
 
-    /// The sixteen-wide kernel for the best instructions of this processor, if it has any.
+    /// The wide kernel for the best instructions of this processor, if it has any.
     pub fn wide() -> Option<Self> {
         Instructions::best().map(Self::Wide)
     }

@@ -25,6 +25,8 @@ pub trait Floats:
     /// Proof that the processor has the instructions.
     type Present: Copy + Send + Sync;
 
+    /// The proof, if there is one.
+    fn detect() -> Option<Self::Present>;
     fn splat(present: Self::Present, value: f32) -> Self;
     fn load(present: Self::Present, row: &Self::Row) -> Self;
     fn store(self) -> Self::Row;
@@ -74,27 +76,6 @@ pub struct HasAvx512(());
 #[derive(Clone, Copy, Debug)]
 pub struct HasAvx2(());
 
-impl HasAvx512 {
-    pub fn detect() -> Option<Self> {
-        let present = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512dq")
-            && HasAvx2::detect().is_some();
-        present.then_some(Self(()))
-    }
-}
-
-impl HasAvx2 {
-    pub fn detect() -> Option<Self> {
-        let present = is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        present.then_some(Self(()))
-    }
-}
-
 /// Operators of one instruction.
 macro_rules! operators {
     ($floats:ident: $($operator:ident::$name:ident = $instruction:ident),*) => {
@@ -131,6 +112,13 @@ impl Floats for Avx512 {
     type Row = [f32; 16];
     type Ids = [u32; 16];
     type Present = HasAvx512;
+
+    fn detect() -> Option<HasAvx512> {
+        let present = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && Avx2::detect().is_some();
+        present.then_some(HasAvx512(()))
+    }
 
     functions!(
         mul_add(a, b) = _mm512_fmadd_ps,
@@ -233,6 +221,16 @@ impl Floats for Avx2 {
     type Row = [f32; 8];
     type Ids = [u32; 8];
     type Present = HasAvx2;
+
+    fn detect() -> Option<HasAvx2> {
+        let present = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        present.then_some(HasAvx2(()))
+    }
 
     functions!(
         mul_add(a, b) = _mm256_fmadd_ps,

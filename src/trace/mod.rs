@@ -1,13 +1,14 @@
 //! Ray queries. The rest of the program sees [`Tracer`], [`Caster`], [`Ray`] and [`Hit`] only, and
 //! never an instruction set: the kernels behind them are chosen at run time ([`Kernel`]).
 //!
-//! obvhs builds a binary tree, `binary` improves its lower levels, `collapse` makes it eight wide, `single`
-//! traverses it with one ray, `bundle` with 64 rays of one origin; both use the triangle test of `vector`
-//! and agree to the last bit. `portable` is obvhs' own traversal for processors without AVX2 and FMA.
+//! obvhs builds a binary tree, `binary` improves its lower levels, `collapse` makes it as wide as the registers
+//! (`lanes`: sixteen with AVX-512, eight with AVX2), `single` traverses it with one ray, `bundle` with 64 rays of
+//! one origin; both use the test of `triangle` and agree to the last bit, whatever the width. `entry` is where
+//! they are compiled for an instruction set. `portable` is obvhs' own traversal for processors with neither.
 //!
-//! `unsafe` is an unchecked index or the place of a node or block in the tree (both checked all the same in
-//! builds with debug assertions, as those of the tests), vector loads and stores, prefetches, and advice to
-//! the system (`crate::memory`). Checked besides with valgrind (interface and bundle tests, without a
+//! `unsafe` is a call of an instruction whose presence is proven, an unchecked index or the place of a node or
+//! block in the tree (both checked all the same in builds with debug assertions, as those of the tests), vector
+//! loads and stores, prefetches, and advice to the system (`crate::memory`). Checked besides with valgrind (interface and bundle tests, without a
 //! finding), with AddressSanitizer (all tests of this module, without a finding:
 //! `RUSTFLAGS=-Zsanitizer=address cargo +nightly test --lib --target x86_64-unknown-linux-gnu trace::`)
 //! and, for the smaller closed meshes, with Miri, which knows these instructions:
