@@ -24,6 +24,7 @@ pub use method::Method;
 pub use passes::Passes;
 pub use per_sample::{PER_SAMPLE, PerSample};
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::environment::LightSet;
@@ -108,6 +109,21 @@ pub trait ShadingFunction: Sync {
         first_pixel_and_sample: (u32, u32),
         out: &mut [[f32; 3]],
     ) -> u64;
+}
+
+/// Writes what `shade` says of each of consecutive pixels from `first_pixel`; values that are not finite
+/// stay as they are, black, and are counted.
+fn each_pixel(first_pixel: u32, out: &mut [[f32; 3]], mut shade: impl FnMut(u32) -> Vec3) -> u64 {
+    let mut non_finite = 0;
+    for (pixel, value) in (first_pixel..).zip(out) {
+        let rgb = shade(pixel);
+        if rgb.is_finite() {
+            *value = rgb.into();
+        } else {
+            non_finite += 1;
+        }
+    }
+    non_finite
 }
 
 /// One pass of the reference over the whole frame, and its number of non-finite values.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Frame, Seen, ShadingFunction};
+use super::{Frame, Seen, ShadingFunction, each_pixel};
 use crate::sample::{Rng, additive, hash};
 use crate::shade::Depths;
 use crate::trace::Caster;
@@ -54,22 +54,15 @@ impl ShadingFunction for LayerPaths<'_> {
         out: &mut [[f32; 3]],
     ) -> u64 {
         let frame = self.frame;
-        let mut non_finite = 0;
-        for (pixel, value) in (first_pixel..).zip(out) {
-            let rgb = match frame.look_out(caster, pixel, pass % frame.spp) {
+        each_pixel(first_pixel, out, |pixel| {
+            match frame.look_out(caster, pixel, pass % frame.spp) {
                 Ok(seen) => seen.throughput * self.shaded(caster, &seen, pass),
                 Err(missed) if self.direct => {
                     missed.throughput * frame.paths.lights().environment(missed.direction)
                 }
                 Err(_) => Vec3::ZERO,
-            };
-            if rgb.is_finite() {
-                *value = rgb.into();
-            } else {
-                non_finite += 1;
             }
-        }
-        non_finite
+        })
     }
 }
 

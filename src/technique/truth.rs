@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Frame, ShadingFunction, Technique};
+use super::{Frame, ShadingFunction, Technique, each_pixel};
 use crate::registry::{self, About, Bias, Contenders, Parameter, TechniqueEntry};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
@@ -127,22 +127,16 @@ impl ShadingFunction for TracedPaths<'_> {
     ) -> u64 {
         let size = [self.frame.width, self.frame.height];
         let origin = self.frame.view.origin.as_vec3();
-        let mut non_finite = 0;
-        for (pixel, value) in (first_pixel..).zip(out) {
+        each_pixel(first_pixel, out, |pixel| {
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
             let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
             let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
             let ray = Ray::new(origin, self.frame.view.direction(x, y, size));
-            let rgb =
-                self.frame
-                    .paths
-                    .radiance(caster, ray, &mut rng, Depths::up_to(self.max_depth));
-            if rgb.iter().all(|c| c.is_finite()) {
-                *value = rgb;
-            } else {
-                non_finite += 1;
-            }
-        }
-        non_finite
+            let depths = Depths::up_to(self.max_depth);
+            self.frame
+                .paths
+                .radiance(caster, ray, &mut rng, depths)
+                .into()
+        })
     }
 }

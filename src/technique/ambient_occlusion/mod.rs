@@ -15,7 +15,7 @@ use gather::{Gatherer, Scratch};
 use records::VisibilityRecords;
 
 use super::cached::CachedTechnique;
-use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique};
+use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique, each_pixel};
 use crate::cache::Interpolation;
 use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
@@ -211,7 +211,7 @@ impl ShadingFunction for SampledOcclusion<'_> {
         out: &mut [[f32; 3]],
     ) -> u64 {
         let frame = self.frame;
-        for (pixel, value) in (first_pixel..).zip(out) {
+        each_pixel(first_pixel, out, |pixel| {
             let open = frame
                 .look(caster, pixel, pass % frame.spp)
                 .is_none_or(|seen| {
@@ -226,9 +226,8 @@ impl ShadingFunction for SampledOcclusion<'_> {
                         ..Ray::new(side, direction)
                     })
                 });
-            *value = [f32::from(u8::from(open)); 3];
-        }
-        0
+            Vec3::splat(f32::from(u8::from(open)))
+        })
     }
 }
 
@@ -246,13 +245,11 @@ impl ShadingFunction for ExactOcclusion<'_> {
         out: &mut [[f32; 3]],
     ) -> u64 {
         let mut scratch = Scratch::new(self.gatherer.directions.len());
-        for (pixel, value) in (first_pixel..).zip(out) {
+        each_pixel(first_pixel, out, |pixel| {
             let seen = self.frame.look(caster, pixel, sample);
-            let occlusion = seen.map_or(1.0, |seen| {
+            Vec3::splat(seen.map_or(1.0, |seen| {
                 self.gatherer.gather(caster, &seen.site, &mut scratch)
-            });
-            *value = [occlusion; 3];
-        }
-        0
+            }))
+        })
     }
 }

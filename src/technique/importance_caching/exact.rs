@@ -7,7 +7,7 @@ use super::records::receiver;
 use crate::image::Image;
 use crate::sample::Rng;
 use crate::shade::{Gathering, VirtualLights};
-use crate::technique::{Frame, ShadingFunction};
+use crate::technique::{Frame, ShadingFunction, each_pixel};
 use crate::trace::{Caster, RayCounter};
 
 /// Keys the choice of lights without records.
@@ -34,18 +34,17 @@ impl ShadingFunction for AllLights<'_> {
     ) -> u64 {
         let mut gathering = Gathering::default();
         let mut broken = 0;
-        for (pixel, value) in (first_pixel..).zip(out) {
+        let unsound = each_pixel(first_pixel, out, |pixel| {
             let Some(seen) = self.frame.look(caster, pixel, sample) else {
-                *value = background(self.frame, caster, (pixel, sample)).into();
-                continue;
+                return background(self.frame, caster, (pixel, sample));
             };
             let to = receiver(self.frame, &seen);
             let (sum, non_finite) = self.lights.sum(caster, &to, &mut gathering);
             let emitted = self.frame.paths.lights().emitted(&to.at);
-            *value = ((emitted + sum) * seen.throughput).into();
             broken += non_finite;
-        }
-        broken
+            (emitted + sum) * seen.throughput
+        });
+        broken + unsound
     }
 }
 
@@ -99,12 +98,10 @@ impl ShadingFunction for OneLight<'_> {
         out: &mut [[f32; 3]],
     ) -> u64 {
         let frame = self.frame;
-        let mut broken = 0;
-        for (pixel, value) in (first_pixel..).zip(out) {
+        each_pixel(first_pixel, out, |pixel| {
             let sample = pass % frame.spp;
             let Some(seen) = frame.look(caster, pixel, sample) else {
-                *value = background(frame, caster, (pixel, sample)).into();
-                continue;
+                return background(frame, caster, (pixel, sample));
             };
             let to = receiver(frame, &seen);
             let mut sum = frame.paths.lights().emitted(&to.at);
@@ -115,14 +112,8 @@ impl ShadingFunction for OneLight<'_> {
                     sum += lit * factor;
                 }
             }
-            let sum = sum * seen.throughput;
-            if sum.is_finite() {
-                *value = sum.into();
-            } else {
-                broken += 1;
-            }
-        }
-        broken
+            sum * seen.throughput
+        })
     }
 }
 
