@@ -53,6 +53,27 @@ fn check_against_brute_force(kernel: Kernel) {
     assert!(doubtful * 2000 < total, "{doubtful} of {total}");
 }
 
+/// How many lanes a processor has changes no answer but those that the test above calls doubtful.
+#[test]
+fn registers_of_any_width_answer_alike() {
+    let kernels = [Instructions::Avx512, Instructions::Avx2].map(Kernel::Wide);
+    if let Some(kernel) = kernels.iter().find(|kernel| !kernel.is_available()) {
+        println!("skipped: this processor cannot run {}", kernel.name());
+        return;
+    }
+    for soup in all() {
+        let brute = Brute::new(&soup);
+        let counter = RayCounter::default();
+        let tracers = kernels.map(|k| Tracer::with_kernel(&soup.positions, &soup.triangles, k));
+        let [wide, narrow] = tracers.each_ref().map(|tracer| tracer.caster(&counter));
+        for ray in rays_for(&soup) {
+            let alike = wide.closest(&ray) == narrow.closest(&ray)
+                && wide.occluded(&ray) == narrow.occluded(&ray);
+            assert!(alike || brute.is_doubtful(&ray), "{}: {ray:?}", soup.name);
+        }
+    }
+}
+
 /// An independent f64 test of every triangle; rays that it finds close to an edge, to a limit or to a
 /// tie are left out.
 #[test]
