@@ -6,7 +6,7 @@ use super::light::Lights;
 use super::surface::{Interaction, Surfaces};
 use crate::sample::Rng;
 use crate::scene::Scene;
-use crate::trace::{Caster, Ray, Tracer};
+use crate::trace::{Caster, Hit, Ray, Tracer};
 
 /// Path depth of direct lighting: emission and one scattering.
 pub const DIRECT_LIGHTING: u32 = 2;
@@ -78,38 +78,37 @@ impl<'a> PathTracer<'a> {
     /// One estimate of the radiance that arrives along `ray`, against its direction. Passing an opacity mask or a pane of glass counts. The result is not finite only where a
     /// light or material is; sums must leave it out.
     pub fn radiance(&self, caster: &Caster, ray: Ray, rng: &mut Rng, depths: Depths) -> [f32; 3] {
-        self.gather(caster, ray, rng, depths).0.into()
+        if depths.last == 0 {
+            return [0.0; 3];
+        }
+        let hit = caster.closest(&ray);
+        self.follow(caster, (ray, hit), rng, depths).into()
     }
 
-    /// [`PathTracer::radiance`], and the distance to what the ray meets first (infinite when it
-    /// meets nothing).
-    pub fn gather(
+    /// [`PathTracer::radiance`] along a ray whose first hit is known.
+    pub fn follow(
         &self,
         caster: &Caster,
-        mut ray: Ray,
+        (mut ray, mut hit): (Ray, Option<Hit>),
         rng: &mut Rng,
         depths: Depths,
-    ) -> (Vec3, f32) {
+    ) -> Vec3 {
         let mut sum = Vec3::ZERO;
-        let mut distance = f32::INFINITY;
         let mut carried = Carried {
             throughput: Vec3::ONE,
             pdf_sr: 0.0,
             delta: true,
         };
         for depth in 1..=depths.last {
-            let Some(hit) = caster.closest(&ray) else {
+            let Some(met) = hit else {
                 if depth >= depths.first {
                     sum += carried.throughput * self.seen_environment(ray.direction, &carried);
                 }
                 break;
             };
-            if depth == 1 {
-                distance = hit.t;
-            }
-            let at = self.surfaces.interact(&hit, ray.direction);
+            let at = self.surfaces.interact(&met, ray.direction);
             if depth >= depths.first {
-                sum += carried.throughput * self.seen_emission(&at, hit.t, &carried);
+                sum += carried.throughput * self.seen_emission(&at, met.t, &carried);
             }
             if depth == depths.last {
                 break;
@@ -128,8 +127,9 @@ impl<'a> PathTracer<'a> {
                 break;
             }
             ray = self.lights.spawn(&at, sample.direction);
+            hit = caster.closest(&ray);
         }
-        (sum, distance)
+        sum
     }
 
     /// Emission of a surface towards its viewer and light that it scatters once: one light sample

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::sample::{Frame as LocalFrame, Rng};
 use crate::shade::Depths;
 use crate::technique::{Frame, Site};
-use crate::trace::{Caster, Ray, offset_origin};
+use crate::trace::{Caster, Hit, Ray, offset_origin};
 
 /// Keys the paths of records.
 const STREAM: u64 = 0x6972_7261_6469;
@@ -38,14 +38,16 @@ impl Gatherer<'_> {
         mut sample: impl FnMut(usize, Vec3, f32),
     ) -> Gathered {
         let local = LocalFrame::from_normal(site.normal);
+        let directions: Vec<Vec3> = self.directions.iter().map(|d| local.to_world(*d)).collect();
+        let rays = cast(self.frame, caster, site, &directions);
         let item = u64::from(item[0]) << 32 | u64::from(item[1]);
         let mut sum = DVec3::ZERO;
         let mut non_finite = 0;
-        for (i, direction) in self.directions.iter().enumerate() {
+        for (i, (ray, direction)) in rays.into_iter().zip(self.directions).enumerate() {
             let mut rng = Rng::new(self.seed, STREAM, item, i as u64);
-            let ray = leaving_ray(self.frame, site, local.to_world(*direction));
+            let distance = travelled(&ray);
             let paths = &self.frame.paths;
-            let (radiance, distance) = paths.gather(caster, ray, &mut rng, self.depths);
+            let radiance = paths.follow(caster, ray, &mut rng, self.depths);
             if radiance.is_finite() {
                 sum += radiance.as_dvec3() * f64::from(direction.z);
                 sample(i, radiance, distance);
@@ -62,13 +64,38 @@ impl Gatherer<'_> {
     }
 }
 
-/// A ray that leaves a site on the side it points to, as a path's does.
-pub fn leaving_ray(frame: &Frame, site: &Site, direction: Vec3) -> Ray {
-    let side = if direction.dot(site.geometric_normal) < 0.0 {
-        -site.geometric_normal
-    } else {
-        site.geometric_normal
-    };
-    let origin = offset_origin(site.position, side, frame.scene.diagonal);
-    Ray::new(origin, direction)
+/// Rays that leave a site in the given directions, each on the side it points to as a path's does, and what they meet
+/// first. Those of a side share their origin and are cast together.
+pub fn cast(
+    frame: &Frame,
+    caster: &Caster,
+    site: &Site,
+    directions: &[Vec3],
+) -> Vec<(Ray, Option<Hit>)> {
+    let is_behind = |direction: &Vec3| direction.dot(site.geometric_normal) < 0.0;
+    let mut cast = vec![(Ray::new(Vec3::ZERO, Vec3::ZERO), None); directions.len()];
+    for behind in [false, true] {
+        let side = if behind {
+            -site.geometric_normal
+        } else {
+            site.geometric_normal
+        };
+        let origin = offset_origin(site.position, side, frame.scene.diagonal);
+        let (places, ways): (Vec<usize>, Vec<Vec3>) = directions
+            .iter()
+            .enumerate()
+            .filter(|(_, direction)| is_behind(direction) == behind)
+            .unzip();
+        let mut hits = vec![None; ways.len()];
+        caster.closest_bundle(origin, &ways, f32::INFINITY, &mut hits);
+        for ((place, way), hit) in places.into_iter().zip(ways).zip(hits) {
+            cast[place] = (Ray::new(origin, way), hit);
+        }
+    }
+    cast
+}
+
+/// The distance that a ray travelled, infinite if it met nothing.
+pub fn travelled((_, hit): &(Ray, Option<Hit>)) -> f32 {
+    hit.map_or(f32::INFINITY, |hit| hit.t)
 }

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use crate::sample::{Frame as LocalFrame, Rng};
 use crate::shade::Depths;
-use crate::technique::irradiance_caching::gather::leaving_ray;
+use crate::technique::irradiance_caching::gather::{cast, travelled};
 use crate::technique::{Frame, Site};
-use crate::trace::{Caster, RayCounter};
+use crate::trace::RayCounter;
 
 /// Keys the paths of these records.
 const STREAM: u64 = 0x6f6e_6465_6d61;
@@ -78,24 +78,39 @@ impl Evaluator<'_> {
             distance: Vec::with_capacity(polar * azimuthal),
         };
         let (mut non_finite, mut least, mut inverse) = (0, f32::INFINITY, 0.0f64);
-        let trace = |caster: &mut Caster, i: usize| {
+        let aim = |i: usize| {
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), i as u64);
             let (k, j) = (i / polar, i % polar);
             let sin = ((j as f32 + rng.next_f32()) / polar as f32).sqrt().min(1.0);
             let azimuth = TAU * (k as f32 + rng.next_f32()) / azimuthal as f32;
             let cos = (1.0 - sin * sin).sqrt();
             let direction = local.to_world(polar_vector(azimuth) * sin + Vec3::Z * cos);
-            let ray = leaving_ray(self.frame, site, direction);
-            let gathered = self.frame.paths.gather(caster, ray, &mut rng, self.depths);
-            (gathered, cos)
+            (rng, cos, direction)
         };
-        let caster = || self.frame.tracer.caster(counter);
-        let rays: Vec<((Vec3, f32), f32)> = (0..polar * azimuthal)
+        let strata = polar * azimuthal;
+        let trace = |task: usize| {
+            let caster = self.frame.tracer.caster(counter);
+            let start = task * RAYS_A_TASK;
+            let aimed: Vec<(Rng, f32, Vec3)> =
+                (start..strata.min(start + RAYS_A_TASK)).map(aim).collect();
+            let directions: Vec<Vec3> = aimed.iter().map(|(_, _, direction)| *direction).collect();
+            let rays = cast(self.frame, &caster, site, &directions);
+            let follow = |((mut rng, cos, _), ray)| {
+                let distance = travelled(&ray);
+                let paths = &self.frame.paths;
+                (
+                    paths.follow(&caster, ray, &mut rng, self.depths),
+                    distance,
+                    cos,
+                )
+            };
+            aimed.into_iter().zip(rays).map(follow).collect::<Vec<_>>()
+        };
+        let rays: Vec<Vec<(Vec3, f32, f32)>> = (0..strata.div_ceil(RAYS_A_TASK))
             .into_par_iter()
-            .with_min_len(RAYS_A_TASK)
-            .map_init(caster, trace)
+            .map(trace)
             .collect();
-        for ((radiance, distance), cos) in rays {
+        for (radiance, distance, cos) in rays.into_iter().flatten() {
             let finite = radiance.is_finite();
             non_finite += u64::from(!finite);
             hemisphere
