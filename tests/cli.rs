@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use assert_cmd::Command;
 
@@ -470,6 +471,33 @@ fn ray_kernels_give_the_same_table_and_are_named() {
         for (a, b) in expected.iter().zip(found) {
             assert!((a - b).abs() <= tolerance * a, "{errors:?}");
         }
+    }
+}
+
+/// A reader that goes early, as `head` does, ends neither the command nor its exit code in a panic.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let program = assert_cmd::cargo::cargo_bin("lightbench");
+    for arguments in [
+        &["explain", "all"][..],
+        &["list"],
+        &["man"],
+        &["completions", "bash"],
+    ] {
+        let mut child = std::process::Command::new(&program)
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("runs");
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(
+            (output.status.code(), errors.as_ref()),
+            (Some(0), ""),
+            "{arguments:?}"
+        );
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::args::CheckArgs;
 use super::exit::{self, Failure};
+use super::out::say;
 use crate::registry::TECHNIQUES;
 use crate::scene::{check_scene, find_scene};
 
@@ -34,7 +35,7 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     }
     json["techniques"] = techniques.into();
     if args.json {
-        println!("{json:#}");
+        say!("{json:#}");
     } else {
         print(&json, 0);
     }
@@ -50,20 +51,20 @@ fn print(value: &serde_json::Value, depth: usize) {
     for (key, value) in object {
         match value {
             serde_json::Value::Object(_) => {
-                println!("{indent}{key}:");
+                say!("{indent}{key}:");
                 print(value, depth + 1);
             }
             serde_json::Value::Array(items) if items.iter().all(|i| i.is_string()) => {
                 for item in items {
-                    println!("{indent}{key}: {}", item.as_str().unwrap_or_default());
+                    say!("{indent}{key}: {}", item.as_str().unwrap_or_default());
                 }
             }
             serde_json::Value::Array(items) => {
                 for item in items {
-                    println!("{indent}{key}: {item}");
+                    say!("{indent}{key}: {item}");
                 }
             }
-            other => println!("{indent}{key}: {other}"),
+            other => say!("{indent}{key}: {other}"),
         }
     }
 }

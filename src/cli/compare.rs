@@ -2,6 +2,7 @@
 
 use super::args::CompareArgs;
 use super::exit::{self, Failure};
+use super::out::say;
 use crate::image::{Palette, Plane, false_color, luminance, write_png_coded};
 use crate::metric::{CompareOptions, Maps, compare_files};
 
@@ -21,10 +22,10 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
     }
     let json = serde_json::to_value(&result)?;
     if args.json {
-        println!("{json:#}");
+        say!("{json:#}");
     } else {
         for (key, value) in json.as_object().into_iter().flatten() {
-            println!("{key:<20} {value}");
+            say!("{key:<20} {value}");
         }
     }
     Ok(exit::OK)

@@ -2,6 +2,7 @@
 
 use super::args::DiffArgs;
 use super::exit::{self, Failure};
+use super::out::say;
 use crate::experiment::{Row, Store};
 use crate::metric::statistics::Summary;
 
@@ -47,11 +48,11 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
         let lines: Vec<String> = COLUMNS.iter().filter_map(|c| change(c, &pairs)).collect();
         changed += usize::from(!lines.is_empty());
         if !lines.is_empty() {
-            println!("{} {} {}", name.0, name.1, name.2);
-            lines.iter().for_each(|line| println!("  {line}"));
+            say!("{} {} {}", name.0, name.1, name.2);
+            lines.iter().for_each(|line| say!("  {line}"));
         }
     }
-    println!("{} contenders in common, {changed} changed", groups.len());
+    say!("{} contenders in common, {changed} changed", groups.len());
     Ok(exit::OK)
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::args::GateArgs;
 use super::exit::{self, Failure};
+use super::out::say;
 use crate::experiment::{Expression, Judged, Row, Store, Verdict, judge, overall};
 
 /// A gate, what was expected, and its judgement per scene and swept value.
@@ -32,7 +33,7 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     for gate in &gates {
         print(gate);
     }
-    println!("{} gates, {failed_jobs} failed jobs", gates.len());
+    say!("{} gates, {failed_jobs} failed jobs", gates.len());
     if let Some(file) = &args.junit {
         std::fs::write(file, junit(&plan.name, &gates))?;
     }
@@ -73,14 +74,14 @@ fn word(verdict: Verdict) -> &'static str {
 }
 
 fn print(gate: &Gate) {
-    println!(
+    say!(
         "{:<12} {}   [{}]",
         word(overall(&gate.judged)),
         gate.text,
         gate.expect
     );
     for one in gate.judged.iter().filter(|j| j.verdict != Verdict::Holds) {
-        println!("             {}", describe(one));
+        say!("             {}", describe(one));
     }
 }
 

@@ -5,6 +5,7 @@ use toml::Table;
 
 use super::args::LightsArgs;
 use super::exit::{self, Failure};
+use super::out::say;
 use super::run::set_threads;
 use crate::environment::{Environment, EnvironmentSampler, LightKind};
 use crate::experiment::Override;
@@ -43,7 +44,7 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     }
     if args.json {
         let record = json!({ "lights": set.lights, "total_power": set.total_power() });
-        println!("{record:#}");
+        say!("{record:#}");
     } else {
         for light in &set.lights {
             let kind = match light.kind {
@@ -52,7 +53,7 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
                 LightKind::Global => "global",
             };
             let ([x, y, z], [r, g, b]) = (light.direction.to_array(), light.power);
-            println!(
+            say!(
                 "{kind:<8} {x:>8.5} {y:>8.5} {z:>8.5}  {r:<12.6e} {g:<12.6e} {b:<12.6e} {:.5}",
                 light.extent_rad
             );

@@ -2,6 +2,8 @@
 
 use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
+use super::out;
+use super::out::say;
 use crate::environment::embedded_maps;
 use crate::registry::{
     About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, INTERPOLATIONS, OTHER_METHODS, REFINEMENTS,
@@ -52,18 +54,18 @@ pub fn list(args: &ListArgs) -> Result<u8, Failure> {
         )));
     }
     for kind in KINDS.iter().filter(|kind| wanted(kind)) {
-        println!("{kind}:");
+        say!("{kind}:");
         for (_, about) in entries().iter().filter(|(k, _)| k == kind) {
-            println!("  {:<20} {}", about.id, about.summary);
+            say!("  {:<20} {}", about.id, about.summary);
         }
         if *kind == "maps" {
             for (name, summary) in embedded_maps() {
-                println!("  {name:<20} {summary}");
+                say!("  {name:<20} {summary}");
             }
         }
         if *kind == "scenes" {
             for name in shipped_scenes() {
-                println!("  {name:<20} {}", find_scene(name)?.title);
+                say!("  {name:<20} {}", find_scene(name)?.title);
             }
         }
     }
@@ -94,7 +96,7 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
         )));
     }
     for (kind, about) in chosen {
-        print!("{}", page(kind, about));
+        out::write(format_args!("{}", page(kind, about)));
     }
     Ok(exit::OK)
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::args::MergeArgs;
 use super::exit::{self, Failure};
+use super::out;
 use crate::experiment::{Plan, Store};
 
 /// Copies every finished job once, unites the plans and rebuilds the report.
@@ -47,7 +48,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     target.write("plan.json", &serde_json::to_string_pretty(&united)?)?;
     target.write_rows(&target.rows(&united))?;
     let written = crate::report::write(&args.out)?;
-    print!("{}", written.summary);
+    out::write(format_args!("{}", written.summary));
     Ok(exit::OK)
 }
 

@@ -10,6 +10,7 @@ mod gate;
 mod lights;
 mod list;
 mod merge;
+mod out;
 mod plan;
 mod reference;
 mod render;
@@ -78,16 +79,15 @@ fn dispatch(verb: Verb) -> Result<u8, Failure> {
         Verb::List(args) => list::list(&args),
         Verb::Explain(args) => list::explain(&args),
         Verb::Completions { shell } => {
-            clap_complete::generate(
-                shell,
-                &mut Cli::command(),
-                "lightbench",
-                &mut std::io::stdout(),
-            );
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "lightbench", &mut script);
+            out::write(format_args!("{}", String::from_utf8_lossy(&script)));
             Ok(exit::OK)
         }
         Verb::Man => {
-            clap_mangen::Man::new(Cli::command()).render(&mut std::io::stdout())?;
+            let mut page = Vec::new();
+            clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+            out::write(format_args!("{}", String::from_utf8_lossy(&page)));
             Ok(exit::OK)
         }
     }

@@ -7,6 +7,7 @@ use globset::Glob;
 
 use super::args::{PlanArgs, Selection};
 use super::exit::{self, Failure};
+use super::out::say;
 use crate::experiment::{Config, Override, Plan, Source, Store, Suite, plan};
 
 /// A planned config and its results folder.
@@ -150,7 +151,7 @@ pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
             plan["estimates"] = serde_json::json!({
                 "record_bytes_peak": record_bytes_peak(&planned),
             });
-            println!("{plan:#}");
+            say!("{plan:#}");
         } else {
             print(&planned);
         }
@@ -181,7 +182,7 @@ pub fn print(planned: &Planned) {
                 rays += job.reference_rays();
             }
         }
-        println!(
+        say!(
             "{} {:<16} {:<10} seed {:<3} {}x{} spp {} {} {}",
             job.id,
             job.scene,
@@ -195,9 +196,9 @@ pub fn print(planned: &Planned) {
         );
     }
     for note in &planned.plan.notes {
-        println!("note: {note}");
+        say!("note: {note}");
     }
-    println!(
+    say!(
         "{}: {} jobs, {done} done; the rest casts about {:.1} million rays, {} references included",
         planned.plan.name,
         planned.plan.jobs.len(),
@@ -207,6 +208,6 @@ pub fn print(planned: &Planned) {
     let bytes = record_bytes_peak(planned);
     if bytes > 0 {
         let mebibytes = bytes as f64 / (1 << 20) as f64;
-        println!("records take up to {mebibytes:.1} MiB in a job");
+        say!("records take up to {mebibytes:.1} MiB in a job");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
+use super::out::say;
 use super::run::references_beside;
 use crate::experiment::{Reference, ReferenceStore, Store, build_technique, frame_of, load_scene};
 use crate::trace::Tracer;
@@ -18,13 +19,13 @@ pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
             args.folder.display()
         )));
     }
-    println!("key               size       samples        floor (RMSE)  seconds");
+    say!("key               size       samples        floor (RMSE)  seconds");
     for (key, path) in found {
         let r = Reference::read(&path)?;
         let floor = r
             .floor()
             .map_or("unknown".to_owned(), |f| format!("{f:.3e}"));
-        println!(
+        say!(
             "{key}  {:>4}x{:<4}  {:>6}/{:<6}  {floor:>12}  {:>8.1}{}",
             r.mean.width,
             r.mean.height,
@@ -55,9 +56,11 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
         done.push(&job.reference);
         let technique = build_technique(job)?;
         if !technique.reference_is_random() {
-            println!(
+            say!(
                 "{}: {} is exact at its {} sub-pixel samples; nothing to add",
-                job.scene, job.technique, job.spp
+                job.scene,
+                job.technique,
+                job.spp
             );
             continue;
         }
@@ -75,7 +78,7 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
                 eprintln!("{}: {done}/{all}", job.scene);
             },
         )?;
-        println!("{}: {} samples", job.scene, reference.samples);
+        say!("{}: {} samples", job.scene, reference.samples);
     }
     Ok(exit::OK)
 }

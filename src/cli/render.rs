@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use super::args::{ContenderArgs, RenderArgs};
 use super::exit::{self, Failure};
+use super::out::say;
 use super::run::set_threads;
 use crate::experiment::Override;
 use crate::image::{Attributes, Layer, write_exr, write_png};
@@ -295,7 +296,7 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
             "found": found,
             "notes": rendered.notes,
         });
-        println!("{record:#}");
+        say!("{record:#}");
     } else {
         for (stage, seconds) in &rendered.stages.0 {
             eprintln!("{stage:<20} {seconds:>8.3} s");

@@ -2,6 +2,7 @@
 
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
+use super::out::say;
 use crate::experiment::{
     Job, LIGHTS_IN_TIME, Row, Store, build_method, build_technique, frame_of, load_scene,
 };
@@ -99,21 +100,23 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         reference: None,
     };
     let pixel = (y * job.width + x) as u32;
-    println!(
+    say!(
         "job {id}: {} {} seed {}, pixel {x},{y}",
-        job.scene, job.label, job.seed
+        job.scene,
+        job.label,
+        job.seed
     );
     let lines = technique
         .replay(&frame, &contender, pixel)
         .map_err(Failure::job)?;
-    lines.iter().for_each(|line| println!("{line}"));
+    lines.iter().for_each(|line| say!("{line}"));
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
     let function = technique.shading_function(&frame);
     for sample in 0..technique.reference_samples(frame.spp) {
         let mut exact = [[0.0; 3]];
         let non_finite = function.pixels(&caster, (pixel, sample), &mut exact);
-        println!(
+        say!(
             "exact, sample {sample}: {:?}, {non_finite} non-finite",
             exact[0]
         );

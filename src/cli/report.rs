@@ -2,10 +2,11 @@
 
 use super::args::FolderArgs;
 use super::exit::{self, Failure};
+use super::out;
 
 pub fn run(args: &FolderArgs) -> Result<u8, Failure> {
     let written = crate::report::write(&args.folder)?;
-    print!("{}", written.summary);
+    out::write(format_args!("{}", written.summary));
     for file in &written.files {
         eprintln!("{}", file.display());
     }

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::args::RunArgs;
 use super::exit::{self, Failure};
+use super::out;
 use super::plan::{Planned, PlannedSuite, planned, print};
 use crate::experiment::{RunOptions, run as run_plan};
 
@@ -57,7 +58,7 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
     }
     let outcome = run_plan(&planned.plan, &planned.config, &options)?;
     let written = crate::report::write(&planned.folder)?;
-    print!("{}", written.summary);
+    out::write(format_args!("{}", written.summary));
     if !args.quiet {
         eprintln!("results: {}", planned.folder.display());
         eprintln!("report:  {}", planned.folder.join("report.html").display());
