@@ -17,7 +17,7 @@ pub enum Budget {
     /// Shadow rays per shading point: lights at full resolution, or samples.
     Lights(u64),
     /// Seconds in all; how many shadow rays per shading point they pay for is found by
-    /// [`super::equal_time`].
+    /// `super::equal_time`.
     Seconds(f64),
 }
 

@@ -2,7 +2,7 @@ use super::Image;
 
 /// Decodes an sRGB-coded value to linear light (IEC 61966-2-1).
 ///
-/// Values outside [0,1] are continued by the same formula; negative ones linearly.
+/// Values outside `[0, 1]` are continued by the same formula; negative ones linearly.
 pub fn srgb_decode(coded: f32) -> f32 {
     if coded <= 0.04045 {
         coded / 12.92
@@ -20,7 +20,7 @@ pub fn srgb_encode(linear: f32) -> f32 {
     }
 }
 
-/// The value clamped to [0,1]; NaN becomes 0.
+/// The value clamped to `[0, 1]`; NaN becomes 0.
 pub fn clamp_unit(value: f32) -> f32 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
@@ -35,7 +35,7 @@ pub fn encode_srgb(linear: &Image) -> Image {
     linear.map(|pixel| pixel.map(srgb_encode))
 }
 
-/// The display-referred form of a linear image: scaled by 2^`exposure`, clamped to [0,1] and coded
+/// The display-referred form of a linear image: scaled by 2^`exposure`, clamped to `[0, 1]` and coded
 /// as sRGB; NaN becomes 0.
 pub fn to_display(linear: &Image, exposure: f32) -> Image {
     let scale = exposure.exp2();

@@ -22,7 +22,7 @@ pub enum ImageError {
     /// The file is sound but holds no picture that can be used as RGB.
     #[error("{path}: no RGB or luminance channels; found: {found}", path = path.display())]
     NoColor { path: PathBuf, found: String },
-    /// More pixels than [`MAX_PIXELS`]: a damaged header rather than a picture.
+    /// More pixels than `MAX_PIXELS`: a damaged header rather than a picture.
     #[error("{path}: {width}x{height} pixels are more than the {limit} that are read", path = path.display(), limit = MAX_PIXELS)]
     TooLarge {
         path: PathBuf,

@@ -41,7 +41,7 @@ const VIRIDIS: [[f32; 3]; 9] = [
 ];
 
 impl Palette {
-    /// The sRGB-coded colour of a value in [0,1]; values outside are clamped, NaN is pure green.
+    /// The sRGB-coded colour of a value in `[0, 1]`; values outside are clamped, NaN is pure green.
     pub fn color(self, value: f32) -> [f32; 3] {
         if value.is_nan() {
             return NOT_A_NUMBER;

@@ -8,7 +8,7 @@ pub fn write_png(path: &Path, linear: &Image, exposure: f32) -> Result<(), Image
     write_png_coded(path, &to_display(linear, exposure))
 }
 
-/// Writes values in [0,1] that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
+/// Writes values in `[0, 1]` that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
 pub fn write_png_coded(path: &Path, coded: &Image) -> Result<(), ImageError> {
     let quantise = |value: f32| (clamp_unit(value) * 255.0 + 0.5) as u8;
     let bytes: Vec<u8> = coded

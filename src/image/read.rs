@@ -9,7 +9,7 @@ use std::path::Path;
 pub enum Encoding {
     /// Scene-referred, proportional to light (EXR, Radiance HDR).
     Linear,
-    /// Display-referred, sRGB-coded in [0,1] (PNG, JPEG).
+    /// Display-referred, sRGB-coded in `[0, 1]` (PNG, JPEG).
     Srgb,
 }
 
@@ -28,7 +28,7 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
     Ok(image)
 }
 
-/// Reads like [`read`], but leaves the values as they are stored (8 and 16 bits scaled to [0,1]) and
+/// Reads like [`read`], but leaves the values as they are stored (8 and 16 bits scaled to `[0, 1]`) and
 /// says what they mean.
 pub fn read_coded(path: &Path) -> Result<(Image, Encoding), ImageError> {
     let bytes = std::fs::read(path).map_err(|source| ImageError::io(path, source))?;

@@ -15,7 +15,7 @@ use std::path::Path;
 pub struct CompareOptions {
     /// Scales linear images by 2^`exposure` before they are clamped for the display metrics.
     pub exposure: f32,
-    /// The pixels are sRGB-coded values in [0,1] rather than linear light.
+    /// The pixels are sRGB-coded values in `[0, 1]` rather than linear light.
     pub display_referred: bool,
     /// Whether HDR-FLIP, the costliest metric, is computed; never for display-referred images.
     pub flip_hdr: bool,
@@ -94,9 +94,9 @@ pub struct Comparison {
 pub struct Maps {
     /// Absolute difference per channel, on the values of `rmse`.
     pub error: Image,
-    /// LDR-FLIP, in [0,1].
+    /// LDR-FLIP, in `[0, 1]`.
     pub flip_ldr: Plane,
-    /// HDR-FLIP, in [0,1].
+    /// HDR-FLIP, in `[0, 1]`.
     pub flip_hdr: Option<Plane>,
 }
 
@@ -197,7 +197,7 @@ fn check_options(options: &CompareOptions) -> Result<(), MetricError> {
     Ok(())
 }
 
-/// What a display shows of an image: linear light in [0,1], and the same coded as sRGB.
+/// What a display shows of an image: linear light in `[0, 1]`, and the same coded as sRGB.
 struct Display<'a> {
     linear: Image,
     coded: Cow<'a, Image>,

@@ -12,7 +12,7 @@ pub struct MsSsim {
     pub scales: usize,
 }
 
-/// Multi-scale SSIM of two channels with values in [0,1] (`size` is width, height).
+/// Multi-scale SSIM of two channels with values in `[0, 1]` (`size` is width, height).
 ///
 /// Contrast of the finer scales, full SSIM of the coarsest, each raised to its weight; negative
 /// means count as 0. Between scales 2 x 2 blocks are averaged. Images with a side below 161 pixels

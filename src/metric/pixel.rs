@@ -69,7 +69,7 @@ fn trimmed_mean(values: &mut [f64]) -> f64 {
     values[..kept].iter().sum::<f64>() / kept as f64
 }
 
-/// Peak signal-to-noise ratio in dB of a mean squared error on values in [0,1]; `None` (infinite)
+/// Peak signal-to-noise ratio in dB of a mean squared error on values in `[0, 1]`; `None` (infinite)
 /// for equal images.
 pub fn psnr(mse: f64) -> Option<f64> {
     (mse > 0.0).then(|| 0.0 - 10.0 * mse.log10())

@@ -14,7 +14,7 @@ const C2: f64 = 0.03 * 0.03;
 /// Output rows per task.
 const STRIP_ROWS: usize = 16;
 
-/// Two channels of one size, values in [0,1], row-major.
+/// Two channels of one size, values in `[0, 1]`, row-major.
 #[derive(Clone, Copy)]
 pub(super) struct ChannelPair<'a> {
     pub reference: &'a [f32],

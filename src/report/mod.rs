@@ -1,6 +1,6 @@
 //! Tables, figures and the HTML report: pure functions of rows and images.
 //!
-//! [`write`] reads a results folder and never renders. Rows and images that are missing leave gaps
+//! [`write()`] reads a results folder and never renders. Rows and images that are missing leave gaps
 //! that are stated as such; only an unreadable folder is an error. Equal folders give equal bytes.
 
 mod against_first;

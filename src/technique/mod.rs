@@ -44,7 +44,7 @@ pub trait Technique: Send + Sync {
     fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a>;
 
     /// Exposure of its images in stops, for previews and display metrics: 0 for unitless values in
-    /// [0,1], the scene's for radiance.
+    /// `[0, 1]`, the scene's for radiance.
     fn exposure_stops(&self, scene: &Scene) -> f32;
 
     /// Samples per pixel of a complete reference for images with `spp` samples per pixel.

@@ -36,7 +36,7 @@ pub(super) fn opponent(rgb: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Opponent space to linear RGB, clamped to [0,1].
+/// Opponent space to linear RGB, clamped to `[0, 1]`.
 fn clamped_rgb([lightness, cx, cz]: [f32; 3]) -> [f32; 3] {
     let y = (lightness + 16.0) / 116.0;
     let x = (y + cx / 500.0) * WHITE[0];
@@ -77,7 +77,7 @@ fn hyab(one: [f32; 3], other: [f32; 3]) -> f32 {
     (one[0] - other[0]).abs() + (da * da + db * db).sqrt()
 }
 
-/// The perceived difference of two filtered opponent colours, in [0,1].
+/// The perceived difference of two filtered opponent colours, in `[0, 1]`.
 #[derive(Clone, Copy)]
 pub(super) struct ColorDifference {
     /// c_max: green against blue.

@@ -17,7 +17,7 @@ pub(super) struct Opponent {
 }
 
 impl Opponent {
-    /// Converts linear RGB in [0,1], `color(i)` being pixel `i`.
+    /// Converts linear RGB in `[0, 1]`, `color(i)` being pixel `i`.
     pub(super) fn new(size: (usize, usize), color: impl Fn(usize) -> [f32; 3] + Sync) -> Self {
         let (width, height) = size;
         let [mut ys, mut cxs, mut czs] = std::array::from_fn(|_| vec![0.0; width * height]);
@@ -41,7 +41,7 @@ impl Opponent {
     }
 }
 
-/// The FLIP error of every pixel, in [0,1]. Both images must have one size.
+/// The FLIP error of every pixel, in `[0, 1]`. Both images must have one size.
 pub(super) fn flip_map(reference: &Opponent, test: &Opponent, kernels: &Kernels) -> Plane {
     let (width, height) = (reference.width, reference.height);
     let mut map = Plane::new(width, height);

@@ -36,7 +36,7 @@ impl Flip {
         }
     }
 
-    /// LDR-FLIP per pixel of two linear images of one size, clamped to [0,1]; its f64 mean is the
+    /// LDR-FLIP per pixel of two linear images of one size, clamped to `[0, 1]`; its f64 mean is the
     /// image's score.
     pub fn ldr(&self, reference: &Image, test: &Image) -> Plane {
         self.map(reference, test, |pixel| pixel.map(clamp_unit))

@@ -1,6 +1,6 @@
 //! Direct light of an environment map on diffuse to glossy surfaces, with shadow rays.
 //!
-//! All samplers share one shading path: a [`Point`] is what a camera sample sees, [`Illumination`]
+//! All samplers share one shading path: a `Point` is what a camera sample sees, `Illumination`
 //! lights it by parallel lights or by sampling the map. Emitting shapes and other lights are not
 //! looked at, and light passes no glass. Where the camera sees no surface it sees the map.
 
