@@ -102,6 +102,48 @@ macro_rules! functions {
     };
 }
 
+/// Between registers, numbers and memory.
+macro_rules! transfers {
+    ($proof:ident, $lanes:literal: $splat:ident, $load:ident, $store:ident, $first:ident) => {
+        #[inline(always)]
+        fn splat(_: $proof, value: f32) -> Self {
+            // SAFETY: the proof.
+            Self(unsafe { $splat(value) })
+        }
+
+        #[inline(always)]
+        fn load(_: $proof, row: &[f32; $lanes]) -> Self {
+            // SAFETY: the proof; the reference covers the bytes read, without a demand on alignment.
+            Self(unsafe { $load(row.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn store(self) -> [f32; $lanes] {
+            let mut row = [0.0; $lanes];
+            // SAFETY: `row` is the bytes written, without a demand on alignment.
+            unsafe { $store(row.as_mut_ptr(), self.0) };
+            row
+        }
+
+        #[inline(always)]
+        fn first(self) -> f32 {
+            // SAFETY: values exist only where their instructions do.
+            unsafe { $first(self.0) }
+        }
+    };
+}
+
+/// Functions of the bits as integers; `$to` and `$from` rename registers.
+macro_rules! integer_functions {
+    ($to:ident, $from:ident: $($name:ident = $instruction:ident),*) => {
+        $(#[inline(always)]
+        fn $name(self, o: Self) -> Self {
+            // SAFETY: values exist only where their instructions do.
+            Self(unsafe { $from($instruction($to(self.0), $to(o.0))) })
+        })*
+    };
+}
+
 operators!(Avx512: Add::add = _mm512_add_ps, Sub::sub = _mm512_sub_ps,
     Mul::mul = _mm512_mul_ps, Div::div = _mm512_div_ps);
 operators!(Avx2: Add::add = _mm256_add_ps, Sub::sub = _mm256_sub_ps,
@@ -130,43 +172,14 @@ impl Floats for Avx512 {
         xor(o) = _mm512_xor_ps
     );
 
-    #[inline(always)]
-    fn splat(_: HasAvx512, value: f32) -> Self {
-        // SAFETY: the proof.
-        Self(unsafe { _mm512_set1_ps(value) })
-    }
+    transfers!(HasAvx512, 16: _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_cvtss_f32);
 
-    #[inline(always)]
-    fn load(_: HasAvx512, row: &[f32; 16]) -> Self {
-        // SAFETY: the proof; the reference covers the bytes read, without a demand on alignment.
-        Self(unsafe { _mm512_loadu_ps(row.as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn store(self) -> [f32; 16] {
-        let mut row = [0.0; 16];
-        // SAFETY: `row` is the bytes written, without a demand on alignment.
-        unsafe { _mm512_storeu_ps(row.as_mut_ptr(), self.0) };
-        row
-    }
-
-    #[inline(always)]
-    fn first(self) -> f32 {
-        // SAFETY: values exist only where their instructions do.
-        unsafe { _mm512_cvtss_f32(self.0) }
-    }
-
-    #[inline(always)]
-    fn min_bits(self, o: Self) -> Self {
-        // SAFETY: values exist only where their instructions do.
-        Self(unsafe { _mm512_castsi512_ps(_mm512_min_epi32(self.bits(), o.bits())) })
-    }
-
-    #[inline(always)]
-    fn max_bits(self, o: Self) -> Self {
-        // SAFETY: values exist only where their instructions do.
-        Self(unsafe { _mm512_castsi512_ps(_mm512_max_epi32(self.bits(), o.bits())) })
-    }
+    integer_functions!(
+        _mm512_castps_si512,
+        _mm512_castsi512_ps:
+        min_bits = _mm512_min_epi32,
+        max_bits = _mm512_max_epi32
+    );
 
     #[inline(always)]
     fn nan_where_negative(self, o: Self) -> Self {
@@ -242,43 +255,14 @@ impl Floats for Avx2 {
         xor(o) = _mm256_xor_ps
     );
 
-    #[inline(always)]
-    fn splat(_: HasAvx2, value: f32) -> Self {
-        // SAFETY: the proof.
-        Self(unsafe { _mm256_set1_ps(value) })
-    }
+    transfers!(HasAvx2, 8: _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_cvtss_f32);
 
-    #[inline(always)]
-    fn load(_: HasAvx2, row: &[f32; 8]) -> Self {
-        // SAFETY: the proof; the reference covers the bytes read, without a demand on alignment.
-        Self(unsafe { _mm256_loadu_ps(row.as_ptr()) })
-    }
-
-    #[inline(always)]
-    fn store(self) -> [f32; 8] {
-        let mut row = [0.0; 8];
-        // SAFETY: `row` is the bytes written, without a demand on alignment.
-        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), self.0) };
-        row
-    }
-
-    #[inline(always)]
-    fn first(self) -> f32 {
-        // SAFETY: values exist only where their instructions do.
-        unsafe { _mm256_cvtss_f32(self.0) }
-    }
-
-    #[inline(always)]
-    fn min_bits(self, o: Self) -> Self {
-        // SAFETY: values exist only where their instructions do.
-        Self(unsafe { _mm256_castsi256_ps(_mm256_min_epi32(self.bits(), o.bits())) })
-    }
-
-    #[inline(always)]
-    fn max_bits(self, o: Self) -> Self {
-        // SAFETY: values exist only where their instructions do.
-        Self(unsafe { _mm256_castsi256_ps(_mm256_max_epi32(self.bits(), o.bits())) })
-    }
+    integer_functions!(
+        _mm256_castps_si256,
+        _mm256_castsi256_ps:
+        min_bits = _mm256_min_epi32,
+        max_bits = _mm256_max_epi32
+    );
 
     #[inline(always)]
     fn nan_where_negative(self, o: Self) -> Self {
