@@ -161,7 +161,6 @@ pub fn occluded<F: Floats, const TIGHT: bool>(
                 F::write_falling(tree.present, &node.children, rest, &mut stack[waiting..]);
                 waiting += rest.count_ones() as usize;
                 tree.prefetch(lowest(rest));
-                tree.prefetch(lowest(rest & rest.wrapping_sub(1)));
                 child = lowest(entered);
                 continue;
             }
