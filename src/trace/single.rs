@@ -118,7 +118,7 @@ impl<F: Floats, const TIGHT: bool> WideTree<F, TIGHT> {
             child & LEAF != 0 && (child & !LEAF) as usize + Block::<F>::LINES <= self.lines.len()
         );
         // SAFETY: `collapse` sets the first line of a block. Empty slots, which no ray enters, name
-        // line 0, where any tree has five lines.
+        // line 0, after which any tree has the lines of a node and a block.
         unsafe { &*self.address(child).cast() }
     }
 
