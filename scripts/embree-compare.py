@@ -2,11 +2,11 @@
 """Compares lightbench's ray kernels with Embree on the rays of `cargo bench --bench rays`.
 
     pip install embreex            (any package that brings libembree4 will do, or libembree-dev)
-    scripts/embree-compare.py [--rounds 2] [--library PATH] [terrain] [kitchen]
+    scripts/embree-compare.py [--rounds 2] [--avx2] [--library PATH] [terrain] [kitchen]
 
 Runs the bench with --export, then scripts/embree-rays.c, which casts the same rays one by one
 (rtcIntersect1, rtcOccluded1) against the same triangles, and does so in turns `--rounds` times; the
-best of each counts. Prints a Markdown table: Mrays per CPU-second of one thread, ratios to Embree, and by how
+best of each counts. With --avx2 our kernels have eight lanes even where the processor has AVX-512. Prints a Markdown table: Mrays per CPU-second of one thread, ratios to Embree, and by how
 many hits the two differ. The library is that of --library, of the Python package embreex, or the
 system's; without one, or without a C compiler, it says so and exits with code 3.
 """
@@ -55,10 +55,11 @@ def compile_caster(library, directory):
     return program
 
 
-def run_bench(directory, scenes):
+def run_bench(directory, scenes, options):
     """One round of our kernels: {scene: {set: row of sets.tsv}}."""
     for scene in scenes:
         command = ["cargo", "bench", "--quiet", "--bench", "rays", "--", scene, "--quick", "--export", directory]
+        command += options
         subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
     rows = {}
     for scene in scenes:
@@ -80,6 +81,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=["terrain", "kitchen"])
     parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--avx2", action="store_true")
     parser.add_argument("--library")
     arguments = parser.parse_args()
     library = find_library(arguments.library)
@@ -90,9 +92,10 @@ def main():
         program = compile_caster(library, directory)
         if program is None:
             return 3
+        options = ["--avx2"] if arguments.avx2 else []
         best = {}
         for _ in range(arguments.rounds):
-            for scene, rows in run_bench(directory, arguments.scenes).items():
+            for scene, rows in run_bench(directory, arguments.scenes, options).items():
                 embree = run_embree(program, directory, scene)
                 for index, row in rows.items():
                     rates = [float(rate) for rate in row[4:7]] + [embree[index][1]]
