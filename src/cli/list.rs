@@ -96,7 +96,7 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
         )));
     }
     for (kind, about) in chosen {
-        out::write(format_args!("{}", page(kind, about)));
+        out::write(page(kind, about));
     }
     Ok(exit::OK)
 }

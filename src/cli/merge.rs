@@ -48,7 +48,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     target.write("plan.json", &serde_json::to_string_pretty(&united)?)?;
     target.write_rows(&target.rows(&united))?;
     let written = crate::report::write(&args.out)?;
-    out::write(format_args!("{}", written.summary));
+    out::write(written.summary);
     Ok(exit::OK)
 }
 

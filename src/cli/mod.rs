@@ -81,13 +81,13 @@ fn dispatch(verb: Verb) -> Result<u8, Failure> {
         Verb::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "lightbench", &mut script);
-            out::write(format_args!("{}", String::from_utf8_lossy(&script)));
+            out::write(String::from_utf8_lossy(&script));
             Ok(exit::OK)
         }
         Verb::Man => {
             let mut page = Vec::new();
             clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-            out::write(format_args!("{}", String::from_utf8_lossy(&page)));
+            out::write(String::from_utf8_lossy(&page));
             Ok(exit::OK)
         }
     }

@@ -1,15 +1,15 @@
 //! Standard output whose reader may have gone.
 
-use std::fmt::Arguments;
+use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 
 use super::exit;
 
 /// Prints to standard output. A reader that has had enough, as `head` has, is no error: the command goes
 /// on, so that its files and its exit code do not depend on who reads. Other errors end the program.
-pub fn write(text: Arguments) {
+pub fn write(text: impl Display) {
     let mut out = std::io::stdout().lock();
-    if let Err(error) = out.write_fmt(text).and_then(|()| out.flush())
+    if let Err(error) = write!(out, "{text}").and_then(|()| out.flush())
         && error.kind() != ErrorKind::BrokenPipe
     {
         eprintln!("error: standard output: {error}");

@@ -6,7 +6,7 @@ use super::out;
 
 pub fn run(args: &FolderArgs) -> Result<u8, Failure> {
     let written = crate::report::write(&args.folder)?;
-    out::write(format_args!("{}", written.summary));
+    out::write(written.summary);
     for file in &written.files {
         eprintln!("{}", file.display());
     }

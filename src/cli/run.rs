@@ -58,7 +58,7 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
     }
     let outcome = run_plan(&planned.plan, &planned.config, &options)?;
     let written = crate::report::write(&planned.folder)?;
-    out::write(format_args!("{}", written.summary));
+    out::write(written.summary);
     if !args.quiet {
         eprintln!("results: {}", planned.folder.display());
         eprintln!("report:  {}", planned.folder.join("report.html").display());

@@ -78,9 +78,6 @@ impl<'a> PathTracer<'a> {
     /// One estimate of the radiance that arrives along `ray`, against its direction. Passing an opacity mask or a pane of glass counts. The result is not finite only where a
     /// light or material is; sums must leave it out.
     pub fn radiance(&self, caster: &Caster, ray: Ray, rng: &mut Rng, depths: Depths) -> [f32; 3] {
-        if depths.last == 0 {
-            return [0.0; 3];
-        }
         let hit = caster.closest(&ray);
         self.follow(caster, (ray, hit), rng, depths).into()
     }

@@ -13,15 +13,13 @@
 //! Slots are sorted by *occlusion per cost*, the triangle area below divided by `C`, because any-hit
 //! rays visit them in this order: what stops many rays for little work comes first.
 
-use std::marker::PhantomData;
-
 use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::triangle::Triangle;
 
 use super::binary::BinaryNode;
 use super::lanes::{Floats, MOST_LANES};
-use super::wide::{Block, LEAF, Line, Node, WideTree};
+use super::wide::{Block, CHILDREN_ROW, IDS_ROW, LEAF, Line, Node, WideTree};
 use crate::memory::settled;
 
 /// Cost of a block of triangles in units of a node. Anything between 0.4 and 1.2 does as well.
@@ -197,22 +195,18 @@ fn emit<F: Floats>(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec
         let first_open = open.len();
         let at = lines.len();
         if place != 0 {
-            Part::<F>::of(&mut lines, parent).set(Node::<F>::CHILDREN, slot, at as u32);
+            Part::at(&mut lines, parent, F::LANES).set(CHILDREN_ROW, slot, at as u32);
         }
         lines.resize(at + Node::<F>::LINES, Line::ZERO);
-        let mut node = Part::<F>::of(&mut lines, at);
-        node.clear_boxes();
-        for (lane, &child) in children.iter().enumerate() {
-            node.set_box(lane, &plan.nodes[child as usize].bounds);
-        }
+        Part::at(&mut lines, at, F::LANES).clear_boxes();
         for (lane, &child) in children.iter().enumerate() {
             let child = child as usize;
+            Part::at(&mut lines, at, F::LANES).set_box(lane, &plan.nodes[child].bounds);
             if plan.is_block(child) {
                 let block = lines.len();
                 lines.resize(block + Block::<F>::LINES, Line::ZERO);
-                Part::<F>::of(&mut lines, block).set_triangles(plan, child, &rows);
-                let mut node = Part::<F>::of(&mut lines, at);
-                node.set(Node::<F>::CHILDREN, lane, LEAF | block as u32);
+                Part::at(&mut lines, block, F::LANES).set_triangles(plan, child, &rows);
+                Part::at(&mut lines, at, F::LANES).set(CHILDREN_ROW, lane, LEAF | block as u32);
             } else {
                 open.push(Open {
                     place: child,
@@ -227,32 +221,30 @@ fn emit<F: Floats>(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec
 }
 
 /// The lines of a node or block while they are written: rows of a number a lane.
-struct Part<'a, F> {
+struct Part<'a> {
     lines: &'a mut [Line],
-    lanes: PhantomData<F>,
+    lanes: usize,
 }
 
-impl<'a, F: Floats> Part<'a, F> {
-    fn of(lines: &'a mut [Line], first: usize) -> Self {
-        Self {
-            lines: &mut lines[first..],
-            lanes: PhantomData,
-        }
+impl<'a> Part<'a> {
+    fn at(lines: &'a mut [Line], first: usize, lanes: usize) -> Self {
+        let lines = &mut lines[first..];
+        Self { lines, lanes }
     }
 
     fn set(&mut self, row: usize, lane: usize, value: u32) {
-        let at = row * F::LANES + lane;
+        let at = row * self.lanes + lane;
         self.lines[at / Line::NUMBERS].0[at % Line::NUMBERS] = value;
     }
 
     /// Makes all slots of a node empty.
     fn clear_boxes(&mut self) {
-        for lane in 0..F::LANES {
+        for lane in 0..self.lanes {
             for axis in 0..3 {
                 self.set(2 * axis, lane, f32::INFINITY.to_bits());
                 self.set(2 * axis + 1, lane, f32::NEG_INFINITY.to_bits());
             }
-            self.set(Node::<F>::CHILDREN, lane, LEAF);
+            self.set(CHILDREN_ROW, lane, LEAF);
         }
     }
 
@@ -287,7 +279,7 @@ impl<'a, F: Floats> Part<'a, F> {
             for (k, axis) in (0..9).map(|i| (i / 3, i % 3)) {
                 self.set(3 * k + axis, lane, rows[k][axis].to_bits());
             }
-            self.set(Block::<F>::IDS, lane, leaf.triangle);
+            self.set(IDS_ROW, lane, leaf.triangle);
         }
     }
 }

@@ -17,6 +17,11 @@ impl Line {
     pub const ZERO: Self = Self([0; Self::NUMBERS]);
 }
 
+/// The row of a node's children, in rows of a number a lane.
+pub const CHILDREN_ROW: usize = 6;
+/// The row of a block's indices, in rows of a number a lane.
+pub const IDS_ROW: usize = 9;
+
 /// A node. An empty slot has an inverted box that no ray enters, and names line 0.
 #[repr(C, align(64))]
 pub struct Node<F: Floats> {
@@ -30,8 +35,6 @@ pub struct Node<F: Floats> {
 impl<F: Floats> Node<F> {
     /// Cache lines of a node.
     pub const LINES: usize = size_of::<Self>() / size_of::<Line>();
-    /// The row of the children, in rows of a number a lane.
-    pub const CHILDREN: usize = 6;
 }
 
 /// A leaf. Unused lanes are zero and therefore never hit.
@@ -47,8 +50,6 @@ pub struct Block<F: Floats> {
 impl<F: Floats> Block<F> {
     /// Cache lines of a block.
     pub const LINES: usize = size_of::<Self>() / size_of::<Line>();
-    /// The row of the indices, in rows of a number a lane.
-    pub const IDS: usize = 9;
 }
 
 /// The tree. The root is the node at line 0. Every child of a slot that is not empty is the first line
