@@ -1,9 +1,9 @@
 //! Light generation of every sampler: a 2048×1024 map, 32 lights, one thread.
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use lightbench::environment::ENVIRONMENT_SAMPLERS;
 use lightbench::environment::{Environment, EnvironmentOptions, EnvironmentSampler, embedded_map};
 use lightbench::image::Image;
-use lightbench::registry::ENVIRONMENT_SAMPLERS;
 
 /// The map of this name at twice its size, each texel four times.
 fn doubled(name: &str) -> Environment {

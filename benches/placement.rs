@@ -7,7 +7,7 @@ mod gbuffer;
 use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
 use lightbench::cache::{DistanceMetric, RecordSearch, SearchRule};
 use lightbench::placement::{Records, Refinable};
-use lightbench::registry::{first_stage, refinement};
+use lightbench::placement::{first_stage, refinement};
 
 const RECORDS: usize = 120_000;
 const REFINED: usize = 18_000;

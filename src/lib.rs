@@ -10,6 +10,7 @@
 
 pub mod cache;
 pub mod cli;
+pub mod entry;
 pub mod environment;
 pub mod experiment;
 pub mod image;

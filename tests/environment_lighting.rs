@@ -1,9 +1,10 @@
 //! Environment lighting against brute-force summation over the map, and what every sampler must do.
 
 use glam::{DMat4, DVec3, Vec3};
+use lightbench::environment::ENVIRONMENT_SAMPLERS;
 use lightbench::environment::{Environment, EnvironmentOptions};
 use lightbench::image::Image;
-use lightbench::registry::{ENVIRONMENT_SAMPLERS, technique};
+use lightbench::registry::technique;
 use lightbench::sample::Rng;
 use lightbench::scene::{
     Bsdf, ColourSource, Material, MicrofacetDistribution, Scene, SceneDescription,

@@ -2,7 +2,8 @@
 
 use glam::{DMat4, DVec3};
 use lightbench::image::Image;
-use lightbench::registry::{FIRST_STAGES, REFINEMENTS, technique};
+use lightbench::placement::{FIRST_STAGES, REFINEMENTS};
+use lightbench::registry::technique;
 use lightbench::scene::{
     Bsdf, ColourSource, Material, MicrofacetDistribution, Needs, Scene, SceneDescription,
     ShapeDescription, ShapeSource, View,

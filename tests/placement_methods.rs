@@ -6,8 +6,8 @@ use std::collections::HashSet;
 
 use glam::Vec3;
 use lightbench::cache::ShadingPoints;
+use lightbench::placement::{FIRST_STAGES, first_stage};
 use lightbench::placement::{FirstStage, Placement};
-use lightbench::registry::{FIRST_STAGES, first_stage};
 use lightbench::sample::Rng;
 use placement_scenes::*;
 

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use glam::Vec3;
 use lightbench::cache::{DistanceMetric, RecordSearch, SearchRule, ShadingPoints};
 use lightbench::placement::{self, Placement, Refinable, Refinement};
-use lightbench::registry::{REFINEMENTS, first_stage, refinement};
+use lightbench::placement::{REFINEMENTS, first_stage, refinement};
 use placement_scenes::*;
 
 fn build(id: &str, parameters: &str) -> Box<dyn Refinement> {

@@ -10,7 +10,6 @@ use super::run::set_threads;
 use crate::environment::{Environment, EnvironmentSampler, LightKind};
 use crate::experiment::Override;
 use crate::image::{Image, overview, write_png_coded};
-use crate::registry;
 use crate::report::draw_lights;
 use crate::scene::find_environment;
 
@@ -67,7 +66,7 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
 }
 
 fn sampler(args: &LightsArgs) -> Result<EnvironmentSampler, Failure> {
-    let entry = registry::environment_sampler(&args.method).ok_or_else(|| {
+    let entry = crate::environment::environment_sampler(&args.method).ok_or_else(|| {
         Failure::usage(format!(
             "no sampler is called `{}`; known: {}",
             args.method,
@@ -89,7 +88,7 @@ fn sampler(args: &LightsArgs) -> Result<EnvironmentSampler, Failure> {
 
 /// Ids of the samplers; of those with lights only unless `all`.
 fn known(all: bool) -> String {
-    let ids: Vec<&str> = registry::ENVIRONMENT_SAMPLERS
+    let ids: Vec<&str> = crate::environment::ENVIRONMENT_SAMPLERS
         .iter()
         .map(|e| e.about.id)
         .filter(|id| all || *id != "mis")

@@ -4,12 +4,14 @@ use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
 use super::out;
 use super::out::say;
+use crate::cache::interpolation::INTERPOLATIONS;
+use crate::entry::{About, Bias};
+use crate::environment::ENVIRONMENT_SAMPLERS;
 use crate::environment::embedded_maps;
-use crate::registry::{
-    About, Bias, ENVIRONMENT_SAMPLERS, FIRST_STAGES, INTERPOLATIONS, OTHER_METHODS, REFINEMENTS,
-    TECHNIQUES,
-};
+use crate::placement::{FIRST_STAGES, REFINEMENTS};
+use crate::registry::TECHNIQUES;
 use crate::scene::{find_scene, shipped_scenes};
+use crate::technique::OTHER_METHODS;
 
 const KINDS: [&str; 8] = [
     "techniques",

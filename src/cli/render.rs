@@ -8,9 +8,9 @@ use super::out::say;
 use super::run::set_threads;
 use crate::experiment::Override;
 use crate::image::{Attributes, Layer, write_exr, write_png};
-use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
 use crate::technique::{Contender, Film, Frame, Method, Passes, Rendered, Stages, Technique};
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::{RayCounter, Tracer};
 
 /// A contender that was checked, and its loaded scene.
@@ -162,8 +162,11 @@ fn exact(technique: &dyn Technique, frame: &Frame) -> Rendered {
 
 /// The entry of a technique, or an error that lists what there is.
 pub fn technique_entry(id: &str) -> Result<&'static TechniqueEntry, Failure> {
-    registry::technique(id).ok_or_else(|| {
-        let known: Vec<&str> = registry::TECHNIQUES.iter().map(|e| e.about.id).collect();
+    crate::registry::technique(id).ok_or_else(|| {
+        let known: Vec<&str> = crate::registry::TECHNIQUES
+            .iter()
+            .map(|e| e.about.id)
+            .collect();
         Failure::usage(format!(
             "no technique is called `{id}`; known: {}",
             known.join(", ")

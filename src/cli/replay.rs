@@ -6,7 +6,6 @@ use super::out::say;
 use crate::experiment::{
     Job, LIGHTS_IN_TIME, Row, Store, build_method, build_technique, frame_of, load_scene,
 };
-use crate::registry;
 use crate::technique::Contender;
 use crate::trace::{RayCounter, Tracer};
 
@@ -14,7 +13,7 @@ use crate::trace::{RayCounter, Tracer};
 fn with_kept_setting(job: &Job, row: Option<&Row>) -> Job {
     let mut job = job.clone();
     let first = job.method.split('+').next().unwrap_or_default();
-    let (Some(row), Some(entry)) = (row, registry::first_stage(first)) else {
+    let (Some(row), Some(entry)) = (row, crate::placement::first_stage(first)) else {
         return job;
     };
     for parameter in entry.about.parameters {

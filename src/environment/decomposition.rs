@@ -9,7 +9,8 @@ use super::indirects::{Weights, indirects};
 use super::leaves::leaves;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightKind, LightSampler, LightSet};
-use crate::registry::{self, About, Bias, Parameter, ParameterError, SamplerEntry};
+use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::environment::SamplerEntry;
 
 const fn parameter(
     [key, default]: [&'static str; 2],
@@ -99,6 +100,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "lights on emissive texels, and others shaded at half the resolution",
         source: "Wu 2024, section 3",
         bias: Bias::Consistent,
+        version: 1,
         failures: FAILURES,
         parameters: PARAMETERS,
     },
@@ -114,6 +116,7 @@ pub const FULL_RESOLUTION: SamplerEntry = SamplerEntry {
         summary: "the lights of the decomposition, all shaded at full resolution",
         source: "Wu 2024, section 4, Ours (w/o U)",
         bias: Bias::Consistent,
+        version: 1,
         failures: FAILURES,
         parameters: PARAMETERS,
     },
@@ -201,7 +204,7 @@ impl Parameters {
 }
 
 fn build(table: &toml::Table, reduction: usize) -> Result<EnvironmentSampler, ParameterError> {
-    let parameters: Parameters = registry::parameters(table)?;
+    let parameters: Parameters = crate::entry::parameters(table)?;
     parameters.validate()?;
     Ok(EnvironmentSampler::Lights(Box::new(Decomposition {
         parameters,

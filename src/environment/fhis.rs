@@ -10,7 +10,8 @@ use super::penrose::{Candidate, Importance, points};
 use super::relaxation::Cells;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::registry::{About, Bias, SamplerEntry, parameters};
+use crate::entry::{About, Bias, parameters};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -21,6 +22,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "points of a Penrose tiling thresholded against the importance of the map",
         source: "Ostromoukhov et al. 2004 (reconstruction: no table of corrections, sphere and powers ours)",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "points ignore the seam and spread unevenly towards the poles",
             "a source smaller than the spacing of points attracts one beside it",

@@ -6,7 +6,8 @@ use super::blocks::Blocks;
 use super::relaxation::Cells;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::registry::{self, About, Bias, Parameter, SamplerEntry};
+use crate::entry::{About, Bias, Parameter};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -17,6 +18,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "Voronoi cells relaxed after each light added to the strongest cell",
         source: "Kollig & Keller 2003 (reconstruction: start and insertion are not established)",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "a cell that holds a bright source and much else puts its light beside the source",
         ],
@@ -28,7 +30,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         }],
     },
     build: |table| {
-        let parameters: Parameters = registry::parameters(table)?;
+        let parameters: Parameters = crate::entry::parameters(table)?;
         Ok(EnvironmentSampler::Lights(Box::new(KolligKeller(
             parameters,
         ))))

@@ -3,7 +3,8 @@
 use super::regions::{Cutting, Region, cut_regions};
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::registry::{About, Bias, SamplerEntry, parameters};
+use crate::entry::{About, Bias, parameters};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -14,6 +15,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "rectangles of equal energy, halved along their longer side",
         source: "Debevec 2005",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "a region that holds a bright source and much else puts its light beside the source",
             "rectangles end at the seam of the map",

@@ -4,7 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::EnvironmentSampler;
-use crate::registry::{self, About, Bias, Parameter, SamplerEntry};
+use crate::entry::{About, Bias, Parameter};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -15,6 +16,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "light and surface sampling at every shading point, power heuristic",
         source: "Veach & Guibas 1995; PBRT-v3; compensation: Karlík et al. 2019",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &["noise at few samples"],
         parameters: &[
             Parameter {
@@ -31,7 +33,11 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
             },
         ],
     },
-    build: |table| Ok(EnvironmentSampler::PerPoint(registry::parameters(table)?)),
+    build: |table| {
+        Ok(EnvironmentSampler::PerPoint(crate::entry::parameters(
+            table,
+        )?))
+    },
 };
 
 /// Parameters of the estimator.

@@ -42,6 +42,35 @@ pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSampl
 pub use sky::{SunSky, sun_sky_image};
 pub use texel_lights::{BLOCK, DRAWS, TexelLights, TexelSample};
 
+use crate::entry::{About, ParameterError};
+
+/// A sampler of environment maps.
+pub struct SamplerEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<EnvironmentSampler, ParameterError>,
+}
+
+/// All samplers of environment maps.
+pub const ENVIRONMENT_SAMPLERS: &[SamplerEntry] = &[
+    mis::ENTRY,
+    fhis::ENTRY,
+    median_cut::ENTRY,
+    variance_minimization::ENTRY,
+    tmms::ENTRY,
+    kollig_keller::ENTRY,
+    decomposition::FULL_RESOLUTION,
+    decomposition::ENTRY,
+    product_ratio::ENTRY,
+    product_ratio_unbiased::ENTRY,
+];
+
+/// The sampler of environment maps with this id or alias, in any case.
+pub fn environment_sampler(id: &str) -> Option<&'static SamplerEntry> {
+    ENVIRONMENT_SAMPLERS
+        .iter()
+        .find(|entry| entry.about.answers_to(id))
+}
+
 /// A contender of environment lighting.
 pub enum EnvironmentSampler {
     /// One set of lights for all shading points.

@@ -22,7 +22,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::EnvironmentSampler;
-use crate::registry::{self, About, Bias, Parameter, ParameterError, SamplerEntry};
+use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::environment::SamplerEntry;
 
 const fn parameter(
     [key, default]: [&'static str; 2],
@@ -45,6 +46,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "lights sampled by their contribution at each point, with a filtered visibility ratio",
         source: "own method; ratio estimator: Heitz, Hill & McGuire 2018; edges: Lee 1980",
         bias: Bias::Biased,
+        version: 1,
         failures: &[
             "penumbrae narrower than the filter are somewhat soft at few rays",
             "highlights of very glossy surfaces are those of the lights' centres, widened by their spread",
@@ -118,7 +120,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         ],
     },
     build: |table| {
-        let parameters: ProductRatio = registry::parameters(table)?;
+        let parameters: ProductRatio = crate::entry::parameters(table)?;
         parameters.validate()?;
         Ok(EnvironmentSampler::Product(parameters))
     },

@@ -9,7 +9,8 @@ use serde::Deserialize;
 
 use super::EnvironmentSampler;
 use super::product_ratio::ProductRatio;
-use crate::registry::{self, About, Bias, Parameter, ParameterError, SamplerEntry};
+use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -20,6 +21,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "lights sampled by their contribution at each point, without bias",
         source: "own method",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &[
             "noise at few samples",
             "mirror reflections of smooth coatings are left out, as by all light sets",
@@ -32,7 +34,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         }],
     },
     build: |table| {
-        let Parameters { lights } = registry::parameters(table)?;
+        let Parameters { lights } = crate::entry::parameters(table)?;
         if !(1..=1 << 16).contains(&lights) {
             return Err(ParameterError {
                 key: Some("lights".into()),

@@ -5,8 +5,8 @@ use glam::{DMat4, DVec3, Vec3};
 use super::{
     Environment, EnvironmentOptions, EnvironmentSampler, Light, LightKind, LightSampler, LightSet,
 };
+use crate::environment::ENVIRONMENT_SAMPLERS;
 use crate::image::Image;
-use crate::registry::ENVIRONMENT_SAMPLERS;
 
 fn samplers() -> Vec<(&'static str, Box<dyn LightSampler>)> {
     ENVIRONMENT_SAMPLERS

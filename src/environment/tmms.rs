@@ -9,7 +9,8 @@ use super::mean_shift::{Bandwidth, Segmentation};
 use super::strata::Strata;
 use super::texels::{Cluster, Texels};
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::registry::{self, About, Bias, Parameter, ParameterError, SamplerEntry};
+use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -20,6 +21,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "mean-shift strata of the tone-mapped map, split and merged to equal importance",
         source: "Feng et al. 2016 (reconstruction: curve, bandwidths and rules are ours)",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "strata that hold a bright source and much else put their light beside the source",
             "a constant map has one mode, so that only splitting divides it",
@@ -40,7 +42,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         ],
     },
     build: |table| {
-        let parameters: Parameters = registry::parameters(table)?;
+        let parameters: Parameters = crate::entry::parameters(table)?;
         for (key, value) in [
             ("angle_rad", parameters.angle_rad),
             ("tone", parameters.tone),

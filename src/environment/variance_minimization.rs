@@ -4,7 +4,8 @@
 use super::regions::{Cutting, Region, cut_regions};
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::registry::{About, Bias, SamplerEntry, parameters};
+use crate::entry::{About, Bias, parameters};
+use crate::environment::SamplerEntry;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -15,6 +16,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "rectangles cut where the larger variance of both parts is least",
         source: "Viriyothai & Debevec 2009",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "distances are texels, so that variance near the poles counts too much",
             "rectangles end at the seam of the map",

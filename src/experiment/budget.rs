@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::config::{Config, SceneChoice};
-use crate::registry::{self, Contenders};
+use crate::technique::Contenders;
 
 /// Longest budget of one image, seconds: a day.
 const LONGEST_S: f64 = 86_400.0;
@@ -43,7 +43,7 @@ impl Budget {
         config: &Config,
         choice: &SceneChoice,
     ) -> Result<Self, (&'static str, String)> {
-        let by_lights = registry::technique(&config.technique)
+        let by_lights = crate::registry::technique(&config.technique)
             .is_some_and(|t| t.contenders == Contenders::EnvironmentSamplers);
         let caches = choice.caches.or(config.caches);
         let lights = choice.lights.or(config.lights);

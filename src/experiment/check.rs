@@ -87,9 +87,11 @@ impl Names<'_> {
 
     fn column(&self, column: &str) -> Result<(), String> {
         let parameter = |column: &str| {
-            let first = crate::registry::FIRST_STAGES.iter().map(|e| &e.about);
-            let refinements = crate::registry::REFINEMENTS.iter().map(|e| &e.about);
-            let interpolations = crate::registry::INTERPOLATIONS.iter().map(|e| &e.about);
+            let first = crate::placement::FIRST_STAGES.iter().map(|e| &e.about);
+            let refinements = crate::placement::REFINEMENTS.iter().map(|e| &e.about);
+            let interpolations = crate::cache::interpolation::INTERPOLATIONS
+                .iter()
+                .map(|e| &e.about);
             first
                 .chain(refinements)
                 .chain(interpolations)

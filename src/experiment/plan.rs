@@ -10,8 +10,8 @@ use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
-use crate::registry::{self, Contenders, TechniqueEntry};
 use crate::scene::{SceneDescription, find_environment, find_scene};
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::technique::{Method, Technique};
 
 /// Changes whenever the same job would give another reference, so that older ones are not reused.
@@ -107,7 +107,7 @@ impl Job {
     }
 
     fn built_technique(&self) -> Option<Box<dyn Technique>> {
-        let entry = registry::technique(&self.technique)?;
+        let entry = crate::registry::technique(&self.technique)?;
         (entry.build)(&self.technique_parameters).ok()
     }
 }
@@ -211,8 +211,11 @@ struct Planner<'a> {
 impl Planner<'_> {
     fn add_jobs(&self, plan: &mut Plan) -> Result<(), ConfigError> {
         let config = self.config;
-        let technique = registry::technique(&config.technique).ok_or_else(|| {
-            let known: Vec<&str> = registry::TECHNIQUES.iter().map(|e| e.about.id).collect();
+        let technique = crate::registry::technique(&config.technique).ok_or_else(|| {
+            let known: Vec<&str> = crate::registry::TECHNIQUES
+                .iter()
+                .map(|e| e.about.id)
+                .collect();
             let message = format!(
                 "no technique is called `{}`; known: {}",
                 config.technique,
@@ -370,7 +373,7 @@ impl Planner<'_> {
         if let Some(distance) = choice.ao_distance {
             technique_parameters.insert("distance".into(), Value::Float(distance));
         }
-        let technique = registry::technique(&config.technique).map_or("", |e| e.about.id);
+        let technique = crate::registry::technique(&config.technique).map_or("", |e| e.about.id);
         let name = choice.label.as_ref().unwrap_or(&description.name);
         let several = choice.environment.as_ref().or(config.environment.as_ref());
         let name = match environment {
@@ -416,7 +419,7 @@ impl Planner<'_> {
 impl Job {
     /// Fills in the content ids: of the reference from what it shows, of the job from what it does.
     fn identify(&mut self, scene: &str) {
-        let own = registry::technique(&self.technique).map_or(&[][..], |e| e.of_contenders);
+        let own = crate::registry::technique(&self.technique).map_or(&[][..], |e| e.of_contenders);
         let (own, shared): (Vec<_>, Vec<_>) = self
             .technique_parameters
             .iter()

@@ -13,8 +13,8 @@ use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::metric::{CompareOptions, Comparison, compare};
-use crate::registry::{self, TechniqueEntry};
 use crate::scene::{Scene, find_environment, find_scene};
+use crate::technique::TechniqueEntry;
 use crate::technique::{Contender, Film, Frame, Method, Rendered, Technique};
 use crate::trace::Tracer;
 
@@ -260,7 +260,7 @@ pub fn build_method(job: &Job) -> Result<Method, RunError> {
 }
 
 fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
-    registry::technique(&job.technique)
+    crate::registry::technique(&job.technique)
         .ok_or_else(|| RunError::Technique(format!("no technique is called `{}`", job.technique)))
 }
 

@@ -12,7 +12,8 @@ use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement, check, check_number, number};
 use crate::cache::interpolation::inverse_distance;
 use crate::cache::{RecordSearch, SearchRule};
-use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::placement::RefinementEntry;
 use crate::sample::Rng;
 
 /// Pairs whose normals differ more have no useful midpoint.
@@ -50,6 +51,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
         source: "reconstruction of Yoshida et al. 2015 from its abstract and Wu & Shen 2023, \
                  section 3.2",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "Refines per record, not per pixel: discontinuities that no record sees stay unseen.",
             "Threshold mode depends on the application and the scene, and may leave budget unspent.",

@@ -10,7 +10,8 @@ use serde::Deserialize;
 use super::discontinuity::{Recipe, draw, measure};
 use super::{Placement, Refinable, Refinement, check, check_number};
 use crate::cache::interpolation::inverse_distance;
-use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::placement::RefinementEntry;
 
 /// Which terms of eq. 4 are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -55,6 +56,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
         source: "Wu & Shen 2023, section 3.2, eq. 3 and 4. Readings: K = 6 ranked by eq. 5, all \
                  pairs among the K, terms divided by their image maximum",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "A large geometry term oversamples regions where records hardly differ.",
             "One extreme difference makes the rest of the map near black; clamp_percentile = 99.9 \

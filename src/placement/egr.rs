@@ -27,7 +27,8 @@ use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement, check, check_number};
 use crate::cache::ShadingPoints;
 use crate::cache::interpolation::gradient;
-use crate::registry::{About, Bias, Parameter, ParameterError, RefinementEntry, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::placement::RefinementEntry;
 use crate::sample::Rng;
 
 /// Puts records where the ones that are there disagree.
@@ -58,6 +59,7 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
         summary: "ours: rounds of records where those around a point disagree about it",
         source: "ours",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "What all records around a point miss alike is not seen: a contact that none of them feels.",
             "Noisy records disagree by their noise, which more records do not mend.",

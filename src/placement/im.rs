@@ -8,7 +8,8 @@ use serde::Deserialize;
 use super::pick::{STREAM_CELLS, STREAM_UNIFORM, adjust, choice, keep_random};
 use super::{FirstStage, Placement};
 use crate::cache::{NO_POINT, ShadingPoints};
-use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::placement::FirstStageEntry;
 use crate::sample::Rng;
 
 /// How pixels are drawn.
@@ -38,6 +39,7 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
         summary: "uniform random distinct pixels",
         source: "Wu & Shen 2023, section 4 (baseline IM); Georgiev et al. 2012",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "Knows nothing of geometry: thin parts and distant curved surfaces get too few records.",
             "The random pattern clumps and leaves holes; pattern = \"jittered\" mends that only.",

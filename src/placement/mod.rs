@@ -22,8 +22,10 @@ pub mod vgc;
 
 use glam::Vec3;
 
+use crate::cache::interpolation::InterpolationEntry;
 use crate::cache::{RecordSearch, ShadingPoints};
-use crate::registry::ParameterError;
+use crate::entry::About;
+use crate::entry::ParameterError;
 
 /// Chosen shading points (distinct indices) and what is worth reporting.
 #[derive(Clone, Debug, Default)]
@@ -98,6 +100,36 @@ pub trait Refinement: Send + Sync {
     /// `count` distinct points that are not yet records, or as many as there are. It may make
     /// records of the first of them on the way; those it makes are the first it returns.
     fn refine(&self, input: &mut Refinable, count: usize, seed: u64) -> Placement;
+}
+
+/// A first stage of placement.
+pub struct FirstStageEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<Box<dyn FirstStage>, ParameterError>,
+}
+
+/// A refinement of placement.
+pub struct RefinementEntry {
+    pub about: About,
+    /// How its records are interpolated unless the method says otherwise.
+    pub interpolation: &'static InterpolationEntry,
+    pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
+}
+
+/// All first stages of placement.
+pub const FIRST_STAGES: &[FirstStageEntry] = &[im::ENTRY, sd::ENTRY, vgc::ENTRY];
+
+/// All refinements of placement.
+pub const REFINEMENTS: &[RefinementEntry] = &[adaptive::ENTRY, dgs::ENTRY, egr::ENTRY];
+
+/// The first stage with this id or alias, in any case.
+pub fn first_stage(id: &str) -> Option<&'static FirstStageEntry> {
+    FIRST_STAGES.iter().find(|entry| entry.about.answers_to(id))
+}
+
+/// The refinement with this id or alias, in any case.
+pub fn refinement(id: &str) -> Option<&'static RefinementEntry> {
+    REFINEMENTS.iter().find(|entry| entry.about.answers_to(id))
 }
 
 /// Refuses a parameter that is given but is not a number within the range.

@@ -15,7 +15,8 @@ use super::pick::{adjust, choice};
 use super::representative::{Average, nearest_to_average, random_member};
 use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
-use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::placement::FirstStageEntry;
 
 /// The settings that `min_cluster_size = "best"` tries.
 const SIZES: [usize; 6] = [1, 5, 10, 20, 50, 100];
@@ -86,6 +87,7 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
         source: "Ou & Pellacini 2011 (LightSlice), section 4 and the authors' code; threshold and \
                  minimum size as in Wu & Shen 2023, section 1",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "One threshold rules positions and normals: a half turn counts as a quarter of the \
              scene's mean extent whatever the scene's size.",

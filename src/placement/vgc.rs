@@ -18,7 +18,8 @@ use super::pick::{adjust, choice};
 use super::representative::Average;
 use super::{FirstStage, Placement, check, check_number, number};
 use crate::cache::{DistanceMetric, ShadingPoints};
-use crate::registry::{About, Bias, FirstStageEntry, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::placement::FirstStageEntry;
 
 /// The suggested σ_a, degrees, for numbers of records.
 const SUGGESTED: [(f64, f64); 5] = [
@@ -91,6 +92,7 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
                  lengths in metres, normal cones instead of (θ, φ) boxes, mean depth of a node, \
                  midpoint splits",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "Knows nothing of shading: shadow edges on flat ground get no records of their own.",
             "Open scenes with a large depth range want about twice the suggested angle.",

@@ -5,8 +5,8 @@ use toml::Table;
 
 use crate::cache::Interpolation;
 use crate::cache::interpolation::inverse_distance;
+use crate::entry::{About, ParameterError};
 use crate::placement::{FirstStage, Refinement};
-use crate::registry::{self, About, ParameterError};
 
 /// The parameter that names the rule of interpolation.
 const KEY: &str = "interpolation";
@@ -33,14 +33,20 @@ impl Distribution {
             key: Some("id".into()),
             message: format!("no {kind} is called `{name}`; known: {}", known.join(", ")),
         };
-        let first = registry::first_stage(first_id).ok_or_else(|| {
-            let known = registry::FIRST_STAGES.iter().map(|e| e.about.id).collect();
+        let first = crate::placement::first_stage(first_id).ok_or_else(|| {
+            let known = crate::placement::FIRST_STAGES
+                .iter()
+                .map(|e| e.about.id)
+                .collect();
             unknown("distribution", first_id, known)
         })?;
         let refinement = match refinement_id {
             None => None,
-            Some(name) => Some(registry::refinement(name).ok_or_else(|| {
-                let known = registry::REFINEMENTS.iter().map(|e| e.about.id).collect();
+            Some(name) => Some(crate::placement::refinement(name).ok_or_else(|| {
+                let known = crate::placement::REFINEMENTS
+                    .iter()
+                    .map(|e| e.about.id)
+                    .collect();
                 unknown("refinement", name, known)
             })?),
         };
@@ -48,8 +54,10 @@ impl Distribution {
             None => refinement.map_or(&inverse_distance::ENTRY, |r| r.interpolation),
             Some(value) => {
                 let name = value.as_str().unwrap_or_default();
-                registry::interpolation(name).ok_or_else(|| {
-                    let known = registry::INTERPOLATIONS.iter().map(|e| e.about.id);
+                crate::cache::interpolation::interpolation(name).ok_or_else(|| {
+                    let known = crate::cache::interpolation::INTERPOLATIONS
+                        .iter()
+                        .map(|e| e.about.id);
                     ParameterError {
                         key: Some(KEY.into()),
                         ..unknown("interpolation", name, known.collect())
@@ -63,7 +71,7 @@ impl Distribution {
             .collect();
         let mut parameters = parameters.clone();
         parameters.remove(KEY);
-        registry::check_keys(&parameters, &abouts)?;
+        crate::entry::check_keys(&parameters, &abouts)?;
         let own = |about: &About| -> Table {
             let declared = |key: &str| about.parameters.iter().any(|p| p.key == key);
             parameters

@@ -5,8 +5,27 @@ use toml::Table;
 use super::Distribution;
 use super::irradiance_caching::on_demand::{self, OnDemand};
 use super::per_sample::{PER_SAMPLE, PerSample};
+use crate::entry::{About, ParameterError};
 use crate::environment::EnvironmentSampler;
-use crate::registry::{self, Contenders, ParameterError, TechniqueEntry};
+use crate::technique::{Contenders, TechniqueEntry};
+
+/// A method that is no distribution.
+pub struct MethodEntry {
+    pub about: About,
+    /// Ids of the techniques it is a contender of.
+    pub techniques: &'static [&'static str],
+    pub build: fn(&toml::Table) -> Result<Method, ParameterError>,
+}
+
+/// Methods that are no distributions.
+pub const OTHER_METHODS: &[MethodEntry] = &[PER_SAMPLE, on_demand::ENTRY];
+
+/// The method of a technique that is no distribution, by its id or alias, in any case.
+pub fn other_method(technique: &str, id: &str) -> Option<&'static MethodEntry> {
+    OTHER_METHODS
+        .iter()
+        .find(|e| e.about.answers_to(id) && e.techniques.contains(&technique))
+}
 
 /// A contender, ready to run.
 pub enum Method {
@@ -30,8 +49,8 @@ impl Method {
         id: &str,
         parameters: &Table,
     ) -> Result<Self, ParameterError> {
-        if let Some(other) = registry::other_method(technique.about.id, id) {
-            registry::check_keys(parameters, &[&other.about])?;
+        if let Some(other) = crate::technique::other_method(technique.about.id, id) {
+            crate::entry::check_keys(parameters, &[&other.about])?;
             return (other.build)(parameters);
         }
         match technique.contenders {
@@ -40,8 +59,10 @@ impl Method {
                 message: format!("{} has one method only: reference", technique.about.id),
             }),
             Contenders::EnvironmentSamplers => {
-                let entry = registry::environment_sampler(id).ok_or_else(|| {
-                    let known = registry::ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id);
+                let entry = crate::environment::environment_sampler(id).ok_or_else(|| {
+                    let known = crate::environment::ENVIRONMENT_SAMPLERS
+                        .iter()
+                        .map(|e| e.about.id);
                     let known: Vec<&str> = known.collect();
                     ParameterError {
                         key: Some("id".into()),
@@ -51,7 +72,7 @@ impl Method {
                         ),
                     }
                 })?;
-                registry::check_keys(parameters, &[&entry.about])?;
+                crate::entry::check_keys(parameters, &[&entry.about])?;
                 let sampler = (entry.build)(parameters)?;
                 Ok(Self::EnvironmentSampler(entry.about.id, sampler))
             }

@@ -20,13 +20,14 @@ pub mod truth;
 pub use cached::{CachedFunction, CachedTechnique, Lookup, RecordSite};
 pub use distribution::Distribution;
 pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
-pub use method::Method;
+pub use method::{Method, MethodEntry, OTHER_METHODS, other_method};
 pub use passes::Passes;
 pub use per_sample::{PER_SAMPLE, PerSample};
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::entry::{About, ParameterError};
 use crate::environment::LightSet;
 use crate::image::Image;
 use crate::scene::{Needs, Scene};
@@ -34,6 +35,26 @@ use crate::trace::{Caster, RayCounter, RayCounts};
 
 /// What a truth says to a contender.
 const NO_CONTENDERS: &str = "this technique has one method only: reference";
+
+/// Which methods a technique compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contenders {
+    /// None: `reference` is the only method.
+    None,
+    /// Cache distributions, and the function itself at every sample.
+    Distributions,
+    /// Samplers of environment maps.
+    EnvironmentSamplers,
+}
+
+/// A technique.
+pub struct TechniqueEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
+    pub contenders: Contenders,
+    /// Parameters that the reference does not depend on.
+    pub of_contenders: &'static [&'static str],
+}
 
 /// A technique with its parameters set.
 pub trait Technique: Send + Sync {

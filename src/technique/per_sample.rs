@@ -9,7 +9,8 @@ use serde::Deserialize;
 use super::cached::CachedTechnique;
 use super::{Contender, Frame, Method, Passes, RecordSite, Rendered, Stages, shading_points};
 use crate::cache::Interpolation;
-use crate::registry::{self, About, Bias, MethodEntry, Parameter};
+use crate::entry::{About, Bias, Parameter};
+use crate::technique::MethodEntry;
 use crate::trace::RayCounter;
 
 /// The outside contender of cached techniques: no records, the function estimated at every camera
@@ -33,6 +34,7 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                  occlusion rays for ambient occlusion, one virtual light by its power or one \
                  path for importance",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &["noise falls with the square root of the rays only"],
         parameters: &[Parameter {
             key: "passes",
@@ -47,7 +49,7 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
         "irradiance-caching",
         "importance-caching",
     ],
-    build: |table| Ok(Method::PerSample(registry::parameters(table)?)),
+    build: |table| Ok(Method::PerSample(crate::entry::parameters(table)?)),
 };
 
 /// Records whose cost tells what the budget's records would take.

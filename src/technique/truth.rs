@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Frame, ShadingFunction, Technique, each_pixel};
-use crate::registry::{self, About, Bias, Contenders, Parameter, TechniqueEntry};
+use crate::entry::{About, Bias, Parameter};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
 use crate::shade::{DIRECT_LIGHTING, Depths};
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::{Caster, Ray};
 
 /// Keys the random numbers of camera paths.
@@ -28,6 +29,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         summary: "path tracing with next-event estimation, to the scene's max_depth",
         source: "Kajiya 1986; Veach 1997, power heuristic",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: &[SEED],
     },
@@ -45,6 +47,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         summary: "emission and direct light of area lights, environment and sun",
         source: "Veach 1997, power heuristic",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &["light through glass and by mirrors is indirect, hence absent"],
         parameters: &[SEED],
     },
@@ -73,9 +76,12 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(table: &toml::Table, max_depth: Option<u32>) -> Result<Self, registry::ParameterError> {
+    fn new(
+        table: &toml::Table,
+        max_depth: Option<u32>,
+    ) -> Result<Self, crate::entry::ParameterError> {
         Ok(Self {
-            parameters: registry::parameters(table)?,
+            parameters: crate::entry::parameters(table)?,
             max_depth,
         })
     }

@@ -30,8 +30,9 @@
 use serde::Deserialize;
 
 use super::Interpolation;
+use crate::cache::interpolation::InterpolationEntry;
 use crate::cache::{Ranking, SearchRule, TangentMetric};
-use crate::registry::{About, Bias, InterpolationEntry, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
 
 /// Parameters of gradient interpolation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -85,6 +86,7 @@ pub const ENTRY: InterpolationEntry = InterpolationEntry {
         summary: "ours: records are extrapolated by their own gradients and weighted off the tangent plane",
         source: "ours; gradients from adjacent directions after Ward & Heckbert 1992",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "an occluder nearer than the record's rays are apart has no gradient that points to it",
             "irradiance from few and noisy paths has noisy gradients",

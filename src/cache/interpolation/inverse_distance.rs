@@ -5,7 +5,8 @@
 //! technique's `lookup` sets N, M, θ_max and λ.
 
 use super::Interpolation;
-use crate::registry::{About, Bias, InterpolationEntry};
+use crate::cache::interpolation::InterpolationEntry;
+use crate::entry::{About, Bias};
 
 /// The registry's entry.
 pub const ENTRY: InterpolationEntry = InterpolationEntry {
@@ -16,6 +17,7 @@ pub const ENTRY: InterpolationEntry = InterpolationEntry {
         summary: "the papers' rule: six records by position and normal, weighted by the inverse distance",
         source: "Wu & Shen 2023, section 3.3, eq. 5",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "every gradient between records becomes a step or a ramp: halos around contacts",
             "records in front of and behind an edge in depth mix where their normals agree",

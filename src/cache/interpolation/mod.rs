@@ -9,6 +9,23 @@ pub use extrapolation::Extrapolation;
 pub use gradient::Gradient;
 
 use super::SearchRule;
+use crate::entry::{About, ParameterError};
+
+/// A rule of interpolation between records.
+pub struct InterpolationEntry {
+    pub about: About,
+    pub build: fn(&toml::Table) -> Result<Interpolation, ParameterError>,
+}
+
+/// All rules of interpolation between records.
+pub const INTERPOLATIONS: &[InterpolationEntry] = &[inverse_distance::ENTRY, gradient::ENTRY];
+
+/// The rule of interpolation with this id or alias, in any case.
+pub fn interpolation(id: &str) -> Option<&'static InterpolationEntry> {
+    INTERPOLATIONS
+        .iter()
+        .find(|entry| entry.about.answers_to(id))
+}
 
 /// A rule of interpolation with its parameters set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

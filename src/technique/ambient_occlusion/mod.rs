@@ -17,10 +17,11 @@ use records::VisibilityRecords;
 use super::cached::CachedTechnique;
 use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique, each_pixel};
 use crate::cache::Interpolation;
-use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
+use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
 use crate::scene::{Needs, Scene};
 use crate::shade::bsdf::cosine_sample;
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::{Caster, Ray, offset_origin};
 
 /// Keys the directions of the random estimate.
@@ -35,6 +36,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         summary: "ambient occlusion interpolated from records of cached visibility",
         source: "Clarberg & Akenine-Möller 2008; Wu & Shen, section 4.3",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "contact shadows thinner than the spacing of records are blurred or missed",
             "records on both sides of a thin wall mix when their normals agree",
@@ -62,7 +64,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         ],
     },
     build: |table| {
-        let technique = AmbientOcclusion::new(registry::parameters(table)?)?;
+        let technique = AmbientOcclusion::new(crate::entry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
     contenders: Contenders::Distributions,

@@ -18,9 +18,10 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::{Contender, Frame, Method, Rendered, ShadingFunction, Technique};
+use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::environment::EnvironmentSampler;
-use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::scene::{Needs, Scene};
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::Caster;
 use illumination::Illumination;
 use multiple::{MultipleImportance, Samples};
@@ -34,6 +35,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         summary: "direct light of an environment map, with shadows, under any sampler",
         source: "Wu 2024; Kollig & Keller 2003 for interleaved sampling",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &[
             "global light sets leave shadow edges, and highlights of single lights on very glossy surfaces",
             "only the map shines, and once: no bounces, no emitting shapes, no light through glass",
@@ -72,7 +74,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         ],
     },
     build: |table| {
-        let parameters: Parameters = registry::parameters(table)?;
+        let parameters: Parameters = crate::entry::parameters(table)?;
         parameters.validate()?;
         Ok(Box::new(EnvironmentLighting {
             parameters,

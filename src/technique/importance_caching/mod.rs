@@ -32,9 +32,10 @@ use super::cached::CachedTechnique;
 use super::paths::{LayerPaths, RAYS_PER_SAMPLE, indirect};
 use super::{CachedFunction, Frame, Lookup, Rendered, ShadingFunction, Technique};
 use crate::cache::Interpolation;
-use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
+use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::scene::{Needs, Scene};
 use crate::shade::{VirtualLights, VplOptions};
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::RayCounter;
 
 /// The registry's entry.
@@ -46,6 +47,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         summary: "virtual point lights, sampled by what records around the point received of them",
         source: "Georgiev et al. 2012; Keller 1997; Wu & Shen, section 4.2",
         bias: Bias::Unbiased,
+        version: 1,
         failures: &[
             "unbiased for the sum over the virtual lights, which lacks light that the clamped \
              distance takes away in corners and light that arrives by mirrors or glass",
@@ -116,7 +118,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         ],
     },
     build: |table| {
-        let technique = ImportanceCaching::new(registry::parameters(table)?)?;
+        let technique = ImportanceCaching::new(crate::entry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
     contenders: Contenders::Distributions,

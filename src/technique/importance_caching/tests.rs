@@ -7,7 +7,6 @@ use super::records::receiver;
 use super::{ENTRY, ImportanceCaching, Parameters};
 use crate::cache::Neighbour;
 use crate::image::{Image, luminance};
-use crate::registry;
 use crate::scene::{
     Bsdf, ColourSource, Material, MicrofacetDistribution, Needs, Scene, SceneDescription,
     ShapeDescription, ShapeSource, View, find_scene,
@@ -36,7 +35,7 @@ fn with_frame<T>(description: &SceneDescription, look: impl FnOnce(&Frame) -> T)
 
 fn technique(parameters: &str) -> ImportanceCaching {
     let table: Table = parameters.parse().expect("parameters");
-    let parameters = registry::parameters(&table).expect("parameters");
+    let parameters = crate::entry::parameters(&table).expect("parameters");
     ImportanceCaching::new(parameters).expect("a technique")
 }
 

@@ -29,10 +29,11 @@ use super::{
     Technique,
 };
 use crate::cache::Interpolation;
+use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::image::Image;
-use crate::registry::{self, About, Bias, Contenders, Parameter, ParameterError, TechniqueEntry};
 use crate::sample::equal_area_hemisphere;
 use crate::scene::{Needs, Scene};
+use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::RayCounter;
 
 /// The registry's entry.
@@ -46,6 +47,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
                  Shen, sections 3.3 and 4.1. Readings: hemisphere grid in a frame of the normal \
                  alone, next-event estimation at the hits, the scene's max_depth",
         bias: Bias::Consistent,
+        version: 1,
         failures: &[
             "glossy reflections of indirect light are blurred to the directional albedo times the \
              mean: mirror-like coatings lose them (with gradient interpolation, to blocks of about 9°)",
@@ -83,7 +85,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         ],
     },
     build: |table| {
-        let technique = IrradianceCaching::new(registry::parameters(table)?)?;
+        let technique = IrradianceCaching::new(crate::entry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
     contenders: Contenders::Distributions,

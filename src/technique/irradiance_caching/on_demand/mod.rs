@@ -23,9 +23,10 @@ use crate::cache::{
     DistanceMetric, NO_POINT, Neighbour, RecordSearch, SearchRule, ShadingPoints,
     inverse_distance_weights,
 };
+use crate::entry::{About, Bias, Parameter, parameters};
 use crate::image::Image;
-use crate::registry::{About, Bias, MethodEntry, Parameter, parameters};
 use crate::shade::Depths;
+use crate::technique::MethodEntry;
 use crate::technique::{Contender, Frame, Method, PlacedRecord, Rendered, Site, shading_points};
 use crate::trace::{RayCounter, RayCounts};
 
@@ -39,6 +40,7 @@ pub const ENTRY: MethodEntry = MethodEntry {
         source: "Ward et al. 1988; Ward & Heckbert 1992; Tabellion & Lamorlette 2004; Křivánek et \
                  al. 2006 (neighbour clamping). The allowed error is searched for the budget",
         bias: Bias::Biased,
+        version: 1,
         failures: &[
             "a narrow gap that few rays find leaves records that are valid too far",
             "gradients of a noisy hemisphere overshoot: HDR outliers print blotches",
