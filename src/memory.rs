@@ -37,3 +37,29 @@ fn ask_for_huge_pages<T>(vector: &mut Vec<T>) {
 
 #[cfg(not(target_os = "linux"))]
 fn ask_for_huge_pages<T>(_: &mut Vec<T>) {}
+
+/// Counts what is allocated, so that the memory of every technique is measured the same way.
+#[global_allocator]
+static ALLOCATED: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
+
+/// Bytes that the program holds on its heap.
+pub fn held() -> usize {
+    ALLOCATED.current_usage()
+}
+
+/// The most memory that is held from a moment on. One at a time: starting another ends the first.
+pub struct Peak {
+    before: usize,
+}
+
+impl Peak {
+    pub fn start() -> Self {
+        ALLOCATED.reset_peak_usage();
+        Self { before: held() }
+    }
+
+    /// Bytes beyond what was held at the start.
+    pub fn bytes(&self) -> usize {
+        ALLOCATED.peak_usage().saturating_sub(self.before)
+    }
+}

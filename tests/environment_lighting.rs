@@ -10,7 +10,7 @@ use lightbench::scene::{
     Bsdf, ColourSource, Material, MicrofacetDistribution, Scene, SceneDescription,
     ShapeDescription, ShapeSource, View,
 };
-use lightbench::technique::{Contender, Film, Frame, Method, Rendered, Technique, reference_pass};
+use lightbench::technique::{Choice, Film, Rendered, Shot, Technique, Terms, reference_pass};
 use lightbench::trace::{RayCounter, Tracer};
 
 const SIZE: [usize; 2] = [12, 9];
@@ -118,13 +118,14 @@ impl Lit {
         }
     }
 
-    fn frame(&self, spp: u32) -> Frame<'_> {
+    fn shot(&self, spp: u32) -> Shot<'_> {
         let film = Film {
             width: SIZE[0],
             height: SIZE[1],
             spp,
         };
-        Frame::new((&self.scene, &self.tracer), &self.scene.views[0], film)
+        let scene = (&self.scene, &self.tracer);
+        Shot::exposed_for(self.technique.as_ref(), scene, &self.scene.views[0], film)
     }
 
     fn render(
@@ -133,40 +134,38 @@ impl Lit {
         parameters: &str,
         (budget, seed, spp): (usize, u64, u32),
     ) -> Rendered {
-        let entry = technique("environment-lighting").expect("registered");
-        let parameters: toml::Table = parameters.parse().expect("toml");
-        let contender = Contender {
-            method: &Method::new(entry, id, &parameters).expect("method"),
-            budget,
-            seed,
-            reference: None,
+        let choice = Choice {
+            method: id,
+            parameters: &parameters.parse().expect("toml"),
+            terms: Terms { budget, seed },
         };
-        self.technique
-            .render(&self.frame(spp), &contender)
+        let technique = self.technique.as_ref();
+        choice
+            .still(technique, &self.shot(spp), None)
             .expect("renders")
     }
 
     /// Sums over `side`² points in each texel, with shadow rays.
     fn brute_force(&self, side: usize) -> Image {
-        let frame = self.frame(1);
+        let shot = self.shot(1);
         let map = self.scene.environment.as_ref().expect("a map");
         let directions = directions(map, side);
         let counter = RayCounter::default();
         let caster = self.tracer.caster(&counter);
         let mut image = Image::new(SIZE[0], SIZE[1]);
         for (pixel, value) in (0u32..).zip(&mut image.pixels) {
-            let seen = match frame.look_out(&caster, pixel, 0) {
+            let seen = match shot.look_out(&caster, pixel, 0) {
                 Ok(seen) => seen,
                 Err(missed) => {
                     *value = map.radiance(missed.direction);
                     continue;
                 }
             };
-            let at = frame.paths.surfaces().interact(&seen.hit, seen.direction);
+            let at = shot.paths.surfaces().interact(&seen.hit, seen.direction);
             let mut sum = [0.0f64; 3];
             for (direction, solid_angle) in &directions {
                 let reflected = at.evaluate(*direction) * Vec3::from(map.radiance(*direction));
-                let ray = frame.paths.lights().spawn(&at, *direction);
+                let ray = shot.paths.lights().spawn(&at, *direction);
                 if reflected != Vec3::ZERO && !caster.occluded(&ray) {
                     (0..3).for_each(|c| sum[c] += f64::from(reflected[c]) * solid_angle);
                 }
@@ -308,10 +307,10 @@ fn the_reference_is_the_sum_over_texels() {
         "mean_luminance = 0.0\nreference_samples = 512\nreference_passes = 2",
     );
     let exact = lit.brute_force(6);
-    let frame = lit.frame(1);
-    let function = lit.technique.shading_function(&frame);
+    let shot = lit.shot(1);
+    let function = lit.technique.shading_function(&shot);
     let counter = RayCounter::default();
-    let (pass, non_finite) = reference_pass(function.as_ref(), &frame, 0, &counter);
+    let (pass, non_finite) = reference_pass(function.as_ref(), &shot, 0, &counter);
     assert_eq!(non_finite, 0);
     assert!((mean(&pass) / mean(&exact) - 1.0).abs() < 0.01);
     let scale = mean(&exact) as f32;
@@ -377,12 +376,12 @@ fn a_black_map_is_black_and_a_lonely_texel_is_not() {
 fn shadow_rays_keep_the_budget() {
     let lit = Lit::new(noisy(), "");
     let points: u64 = {
-        let frame = lit.frame(2);
+        let shot = lit.shot(2);
         let counter = RayCounter::default();
         let caster = lit.tracer.caster(&counter);
         let pixels = (SIZE[0] * SIZE[1]) as u32;
         (0..2 * pixels)
-            .filter(|i| frame.look(&caster, i / 2, i % 2).is_some())
+            .filter(|i| shot.look(&caster, i / 2, i % 2).is_some())
             .count() as u64
     };
     for entry in ENVIRONMENT_SAMPLERS {
@@ -403,13 +402,13 @@ fn shadow_rays_keep_the_budget() {
 #[test]
 fn upsampling_serves_every_surface() {
     let lit = Lit::new(map(8, 4, |_, _| [1.0; 3]), PLAIN);
-    let frame = lit.frame(1);
+    let shot = lit.shot(1);
     let counter = RayCounter::default();
     let caster = lit.tracer.caster(&counter);
     let low = lit.render("decomposition", "", (64, 1, 1));
     let exact = lit.brute_force(4);
     for (pixel, (value, exact)) in (0u32..).zip(low.image.pixels.iter().zip(&exact.pixels)) {
-        if frame.look(&caster, pixel, 0).is_some() {
+        if shot.look(&caster, pixel, 0).is_some() {
             // So few pixels have odd neighbours, but none is black where there is light.
             assert!(value[0] > 0.05 * exact[0], "{pixel}: {value:?} {exact:?}");
         }

@@ -9,7 +9,7 @@ use lightbench::scene::{
     ShapeDescription, ShapeSource, View,
 };
 use lightbench::shade::{Depths, RenderOptions, render};
-use lightbench::technique::{Contender, Film, Frame, Method, Rendered, reference_pass};
+use lightbench::technique::{Choice, Film, Rendered, Shot, Terms, reference_pass};
 use lightbench::trace::{RayCounter, Tracer};
 
 const SIZE: [usize; 2] = [12, 12];
@@ -73,19 +73,22 @@ fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
         height: SIZE[1],
         spp: 1,
     };
-    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let mut shot = Shot::new((&scene, &tracer), &scene.views[0], film);
     let mut table = toml::Table::new();
     if setting.method.starts_with("SD") {
         table.insert("min_cluster_size".into(), 1.into());
     }
-    let method = Method::new(entry, setting.method, &table).expect("method");
-    let contender = Contender {
-        method: &method,
-        budget: setting.caches,
-        seed: 1,
-        reference: None,
+    let choice = Choice {
+        method: setting.method,
+        parameters: &table,
+        terms: Terms {
+            budget: setting.caches,
+            seed: 1,
+        },
     };
-    technique.render(&frame, &contender).expect("renders")
+    let technique = technique.as_ref();
+    shot.layer = technique.shared_layer(&shot);
+    choice.still(technique, &shot, None).expect("renders")
 }
 
 fn mean(image: &Image) -> [f64; 3] {
@@ -142,7 +145,7 @@ fn direct_and_indirect_layers_add_up_to_path_tracing() {
         height: SIZE[1],
         spp: 1,
     };
-    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
     let options = RenderOptions {
         width: SIZE[0],
         height: SIZE[1],
@@ -150,7 +153,7 @@ fn direct_and_indirect_layers_add_up_to_path_tracing() {
         seed: 3,
         depths: Depths::up_to(6),
     };
-    let expected = mean(&render(&frame.paths, &scene.views[0], &options).mean);
+    let expected = mean(&render(&shot.paths, &scene.views[0], &options).mean);
     for c in 0..3 {
         let error = (found[c] - expected[c]).abs() / expected[c];
         assert!(error < 0.03, "channel {c}: {} {}", found[c], expected[c]);
@@ -169,12 +172,12 @@ fn the_reference_and_the_estimate_per_sample_agree_with_dense_records() {
         height: SIZE[1],
         spp: 1,
     };
-    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
-    let function = technique.shading_function(&frame);
+    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let function = technique.shading_function(&shot);
     let mut exact = [0.0; 3];
     for pass in 0..400 {
         let (image, non_finite) =
-            reference_pass(function.as_ref(), &frame, pass, &RayCounter::default());
+            reference_pass(function.as_ref(), &shot, pass, &RayCounter::default());
         assert_eq!(non_finite, 0);
         let own = mean(&image);
         (0..3).for_each(|c| exact[c] += own[c] / 400.0);

@@ -3,19 +3,23 @@
 use super::args::CachesArgs;
 use super::exit::{self, Failure};
 use super::render::Prepared;
-use crate::technique::Method;
 
 /// Writes `x,y,z,nx,ny,nz,px,py,stage`: scene units in the scene's own frame, pixels from the top
 /// left, stage 0 for the first stage and 1 for the refinement.
 pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
     let prepared = Prepared::new(&args.contender)?;
-    if !matches!(prepared.method, Some(Method::Distribution(_))) {
+    if prepared.is_reference() {
+        return Err(Failure::usage(
+            "the reference has no records; name a method that has",
+        ));
+    }
+    let rendered = prepared.render()?;
+    if rendered.records.is_empty() {
         return Err(Failure::usage(
             "only distributions have records; name one with --method",
         ));
     }
-    let rendered = prepared.render()?;
-    let width = prepared.frame().width as u32;
+    let width = prepared.shot().width as u32;
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(["x", "y", "z", "nx", "ny", "nz", "px", "py", "stage"])?;
     for record in &rendered.records {

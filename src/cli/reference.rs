@@ -4,7 +4,7 @@ use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
 use super::out::say;
 use super::run::references_beside;
-use crate::experiment::{Reference, ReferenceStore, Store, build_technique, frame_of, load_scene};
+use crate::experiment::{Reference, ReferenceStore, Store, build_technique, load_scene, shot_of};
 use crate::trace::Tracer;
 
 /// One line a stored reference.
@@ -66,14 +66,14 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
         }
         let scene = load_scene(job, technique.as_ref())?;
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let frame = frame_of(job, (&scene, &tracer))?;
+        let shot = shot_of(job, (&scene, &tracer))?;
         let mut reference =
-            store.obtain(&job.reference, (technique.as_ref(), &frame), &|_, _| {})?;
+            store.obtain(&job.reference, (technique.as_ref(), &shot), &|_, _| {})?;
         let path = store.path(&job.reference);
         store.extend(
             &mut reference,
             (&path, args.samples),
-            (technique.as_ref(), &frame),
+            (technique.as_ref(), &shot),
             &|done, all| {
                 eprintln!("{}: {done}/{all}", job.scene);
             },

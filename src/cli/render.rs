@@ -9,15 +9,17 @@ use super::run::set_threads;
 use crate::experiment::Override;
 use crate::image::{Attributes, Layer, write_exr, write_png};
 use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
-use crate::technique::{Contender, Film, Frame, Method, Passes, Rendered, Stages, Technique};
-use crate::technique::{Contenders, TechniqueEntry};
+use crate::technique::{
+    Choice, Film, Passes, Rendered, Shot, Stages, Technique, TechniqueEntry, Terms, Unit,
+};
 use crate::trace::{RayCounter, Tracer};
 
 /// A contender that was checked, and its loaded scene.
 pub struct Prepared {
     pub technique: Box<dyn Technique>,
-    /// `None` for the method `reference`.
-    pub method: Option<Method>,
+    /// Canonical id of the method; `None` for the method `reference`.
+    method: Option<String>,
+    parameters: Table,
     pub scene: Scene,
     tracer: Tracer,
     size: [usize; 2],
@@ -35,7 +37,7 @@ impl Prepared {
         let mut description = find_scene(&args.scene)?;
         let (parameters, technique) = settings(args, entry, &mut description)?;
         let technique = (entry.build)(&technique)?;
-        let name = args.method.as_deref().unwrap_or(default_method(entry));
+        let name = args.method.as_deref().unwrap_or(entry.default_method);
         let is_reference = name.eq_ignore_ascii_case("reference");
         if let Some(key) = parameters.keys().next().filter(|_| is_reference) {
             let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
@@ -47,7 +49,7 @@ impl Prepared {
         }
         let method = match is_reference {
             true => None,
-            false => Some(Method::new(entry, name, &parameters)?),
+            false => Some(technique.start(name, &parameters, Terms::default())?.id),
         };
         let view = match &args.view {
             None => 0,
@@ -77,6 +79,7 @@ impl Prepared {
         Ok(Self {
             technique,
             method,
+            parameters,
             scene,
             tracer,
             size,
@@ -87,67 +90,69 @@ impl Prepared {
         })
     }
 
-    pub fn frame(&self) -> Frame<'_> {
+    pub fn shot(&self) -> Shot<'_> {
         let film = Film {
             width: self.size[0],
             height: self.size[1],
             spp: self.spp,
         };
         let view = &self.scene.views[self.view];
-        Frame::new((&self.scene, &self.tracer), view, film)
+        let scene = (&self.scene, &self.tracer);
+        Shot::exposed_for(self.technique.as_ref(), scene, view, film)
     }
 
     /// Canonical id of the method, or `reference`.
     fn method_id(&self) -> &str {
-        self.method.as_ref().map_or("reference", Method::id)
+        self.method.as_deref().unwrap_or("reference")
+    }
+
+    /// Whether the exact function is rendered.
+    pub fn is_reference(&self) -> bool {
+        self.method.is_none()
     }
 
     /// Renders the contender, or the exact function.
     pub fn render(&self) -> Result<Rendered, Failure> {
-        let frame = self.frame();
+        let mut shot = self.shot();
+        let technique = self.technique.as_ref();
         let Some(method) = &self.method else {
-            return Ok(exact(self.technique.as_ref(), &frame));
+            return Ok(exact(technique, &shot));
         };
-        let exact = || exact(self.technique.as_ref(), &frame).image;
-        let reference = method.needs_reference().then(exact);
-        let contender = Contender {
+        shot.layer = technique.shared_layer(&shot);
+        let choice = Choice {
             method,
-            budget: self.budget,
-            seed: self.seed,
-            reference: reference.as_ref(),
+            parameters: &self.parameters,
+            terms: Terms {
+                budget: self.budget,
+                seed: self.seed,
+            },
         };
-        self.technique
-            .render(&frame, &contender)
+        let started = technique.start(method, &self.parameters, choice.terms)?;
+        let searches = started.contender.searches();
+        let reference = searches.then(|| exact(technique, &shot).image);
+        choice
+            .still(technique, &shot, reference.as_ref())
             .map_err(Failure::job)
-    }
-}
-
-/// The full method of the technique's paper.
-fn default_method(entry: &TechniqueEntry) -> &'static str {
-    match entry.contenders {
-        Contenders::None => "reference",
-        Contenders::Distributions => "VGC+DGS",
-        Contenders::EnvironmentSamplers => "decomposition",
     }
 }
 
 /// 16 lights, or the records per pixel of 120,000 at full HD.
 fn default_budget(entry: &TechniqueEntry, [width, height]: [usize; 2]) -> usize {
     let of_paper = (width * height) as f64 * 120_000.0 / (1920.0 * 1080.0);
-    match entry.contenders {
-        Contenders::EnvironmentSamplers => 16,
-        Contenders::None | Contenders::Distributions => (of_paper.round() as usize).max(1),
+    match entry.unit {
+        Unit::Lights => 16,
+        Unit::Caches => (of_paper.round() as usize).max(1),
     }
 }
 
 /// The shading function at every sample.
-fn exact(technique: &dyn Technique, frame: &Frame) -> Rendered {
+fn exact(technique: &dyn Technique, shot: &Shot) -> Rendered {
     let counter = RayCounter::default();
     let mut stages = Stages::default();
-    let function = technique.shading_function(frame);
-    let mut passes = Passes::new(frame, function.as_ref());
+    let function = technique.shading_function(shot);
+    let mut passes = Passes::new(shot, function.as_ref());
     stages.time("rendering", || {
-        for _ in 0..technique.reference_samples(frame.spp) {
+        for _ in 0..technique.reference_samples(shot.spp) {
             passes.add(&counter);
         }
     });
@@ -271,7 +276,7 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         .stages
         .0
         .iter()
-        .map(|(stage, seconds)| ((*stage).to_owned(), (*seconds).into()))
+        .map(|stage| (stage.name.to_owned(), stage.seconds.wall.into()))
         .collect();
     let found: serde_json::Map<String, serde_json::Value> = rendered
         .found
@@ -294,15 +299,15 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
             "shadow_rays": rendered.rays.shadow,
             "lookups": rendered.lookups,
             "non_finite": rendered.non_finite,
-            "seconds_total": rendered.stages.total(),
+            "seconds_total": rendered.stages.total().wall,
             "seconds": stages,
             "found": found,
             "notes": rendered.notes,
         });
         say!("{record:#}");
     } else {
-        for (stage, seconds) in &rendered.stages.0 {
-            eprintln!("{stage:<20} {seconds:>8.3} s");
+        for stage in &rendered.stages.0 {
+            eprintln!("{:<20} {:>8.3} s", stage.name, stage.seconds.wall);
         }
         for note in &rendered.notes {
             eprintln!("note: {note}");

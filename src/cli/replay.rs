@@ -3,10 +3,8 @@
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{
-    Job, LIGHTS_IN_TIME, Row, Store, build_method, build_technique, frame_of, load_scene,
-};
-use crate::technique::Contender;
+use crate::experiment::{Job, LIGHTS_IN_TIME, Row, Store, build_technique, load_scene, shot_of};
+use crate::technique::Terms;
 use crate::trace::{RayCounter, Tracer};
 
 /// The job with the setting that its run picked by error, as its row tells.
@@ -84,20 +82,19 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let technique = build_technique(job)?;
     let scene = load_scene(job, technique.as_ref())?;
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
-    let frame = frame_of(job, (&scene, &tracer))?;
-    let method = build_method(job)?;
-    if method.needs_reference() {
+    let shot = shot_of(job, (&scene, &tracer))?;
+    let terms = Terms {
+        budget: budget as usize,
+        seed: job.seed,
+    };
+    let started = technique.start(&job.method, &job.method_parameters, terms)?;
+    let mut contender = started.contender;
+    if contender.searches() {
         eprintln!(
             "note: this method picks a setting by error and the job's row does not tell which: the \
              first setting is replayed"
         );
     }
-    let contender = Contender {
-        method: &method,
-        budget: budget as usize,
-        seed: job.seed,
-        reference: None,
-    };
     let pixel = (y * job.width + x) as u32;
     say!(
         "job {id}: {} {} seed {}, pixel {x},{y}",
@@ -105,14 +102,12 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         job.label,
         job.seed
     );
-    let lines = technique
-        .replay(&frame, &contender, pixel)
-        .map_err(Failure::job)?;
+    let lines = contender.replay(&shot, pixel).map_err(Failure::job)?;
     lines.iter().for_each(|line| say!("{line}"));
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
-    let function = technique.shading_function(&frame);
-    for sample in 0..technique.reference_samples(frame.spp) {
+    let function = technique.shading_function(&shot);
+    for sample in 0..technique.reference_samples(shot.spp) {
         let mut exact = [[0.0; 3]];
         let non_finite = function.pixels(&caster, (pixel, sample), &mut exact);
         say!(

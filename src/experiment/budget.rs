@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::config::{Config, SceneChoice};
-use crate::technique::Contenders;
+use crate::technique::Unit;
 
 /// Longest budget of one image, seconds: a day.
 const LONGEST_S: f64 = 86_400.0;
@@ -43,8 +43,8 @@ impl Budget {
         config: &Config,
         choice: &SceneChoice,
     ) -> Result<Self, (&'static str, String)> {
-        let by_lights = crate::registry::technique(&config.technique)
-            .is_some_and(|t| t.contenders == Contenders::EnvironmentSamplers);
+        let by_lights =
+            crate::registry::technique(&config.technique).is_some_and(|t| t.unit == Unit::Lights);
         let caches = choice.caches.or(config.caches);
         let lights = choice.lights.or(config.lights);
         let seconds = choice.seconds.or(config.seconds);

@@ -5,7 +5,7 @@
 //! rendered in turn, until an image takes the time. What the image shows depends on its count alone:
 //! the same experiment with that many `lights` shows it again.
 
-use crate::technique::Rendered;
+use crate::technique::{Rendered, Search};
 
 /// The found parameter that tells the count.
 pub const FOUND: &str = "lights_in_time";
@@ -32,7 +32,7 @@ struct Cost {
 }
 
 /// The image whose cost is nearest to `seconds` of those that were rendered, with its count in
-/// `found`.
+/// `found`; what the others took is its search.
 ///
 /// # Errors
 /// Those of `render`.
@@ -40,13 +40,21 @@ pub fn render_within(
     seconds: f64,
     render: impl Fn(u64) -> Result<Rendered, String>,
 ) -> Result<Rendered, String> {
-    render(FIRST)?; // The first image finds cold caches: its time is not looked at.
+    let mut search = Search::default();
+    let mut passed_over = |rendered: &Rendered| {
+        search.add(Search {
+            seconds: rendered.stages.total().wall,
+            rays: rendered.rays,
+        });
+        search.add(rendered.search);
+    };
+    passed_over(&render(FIRST)?); // The first image finds cold caches: its time is not looked at.
     let mut costs: Vec<Cost> = Vec::new();
     let mut best: Option<(f64, Rendered)> = None;
     let mut count = FIRST;
     for _ in 0..TRIALS {
         let mut rendered = render(count)?;
-        let cost = rendered.stages.total();
+        let cost = rendered.stages.total().wall;
         let missed = (cost - seconds).abs() / seconds;
         match costs.iter_mut().find(|known| known.count == count) {
             // What disturbs a measurement only adds to it.
@@ -62,21 +70,26 @@ pub fn render_within(
         }
         if best.as_ref().is_none_or(|(least, _)| missed < *least) {
             rendered.found.push((FOUND, count as f64));
-            best = Some((missed, rendered));
+            if let Some((_, before)) = best.replace((missed, rendered)) {
+                passed_over(&before);
+            }
+        } else {
+            passed_over(&rendered);
         }
         count = next(seconds, &costs);
-        let settled = costs
+        let seen_again = costs
             .iter()
             .any(|known| known.count == count && known.again);
-        if missed <= NEAR || settled {
+        if missed <= NEAR || seen_again {
             break;
         }
     }
     let Some((missed, mut rendered)) = best else {
         return Err("no image was rendered".into());
     };
+    rendered.search.add(search);
     if missed > MISSED {
-        let cost = rendered.stages.total();
+        let cost = rendered.stages.total().wall;
         rendered.notes.push(format!(
             "no count of lights or samples came within {:.0} % of {seconds} s: this one takes {cost:.3} s",
             100.0 * MISSED
@@ -112,13 +125,22 @@ mod tests {
     use std::cell::Cell;
 
     use super::*;
-    use crate::technique::Stages;
+    use crate::technique::{Seconds, Stages};
 
     /// An image that takes `cost(count)` seconds.
     fn costing(cost: impl Fn(u64) -> f64) -> impl Fn(u64) -> Result<Rendered, String> {
         move |count| {
+            let mut stages = Stages::default();
+            let wall = cost(count);
+            stages.add(
+                "rendering",
+                Seconds {
+                    wall,
+                    ..Seconds::default()
+                },
+            );
             Ok(Rendered {
-                stages: Stages(vec![("rendering", cost(count))]),
+                stages,
                 ..Rendered::default()
             })
         }
@@ -140,7 +162,7 @@ mod tests {
                 line(n)
             };
             let rendered = render_within(1.0, counted).expect("renders");
-            let missed = (rendered.stages.total() - 1.0).abs();
+            let missed = (rendered.stages.total().wall - 1.0).abs();
             assert!(missed <= NEAR, "{count}: {missed}");
             assert!((found(&rendered) / count - 1.0).abs() <= 0.1);
             assert!(images.get() <= 7, "{}", images.get());
@@ -157,7 +179,7 @@ mod tests {
         let bent = costing(|n| 0.1 + 0.01 * (n.min(60)) as f64);
         let bent = render_within(1.0, bent).expect("renders");
         assert!(
-            (bent.stages.total() - 0.7).abs() < 1e-9,
+            (bent.stages.total().wall - 0.7).abs() < 1e-9,
             "fewer lights than asked"
         );
     }

@@ -33,9 +33,7 @@ pub use overrides::Override;
 pub use plan::{Job, Plan, hash, plan};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{NUMBER_COLUMNS, Row, to_csv};
-pub use run::{
-    Outcome, RunError, RunOptions, build_method, build_technique, frame_of, load_scene, run,
-};
+pub use run::{Outcome, RunError, RunOptions, build_technique, load_scene, run, shot_of};
 pub use scale::Scale;
 pub use store::Store;
 pub use suite::{Member, Suite};

@@ -11,8 +11,7 @@ use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
 use crate::scene::{SceneDescription, find_environment, find_scene};
-use crate::technique::{Contenders, TechniqueEntry};
-use crate::technique::{Method, Technique};
+use crate::technique::{Technique, Terms};
 
 /// Changes whenever the same job would give another reference, so that older ones are not reused.
 const REFERENCES: u32 = 2;
@@ -223,14 +222,14 @@ impl Planner<'_> {
             );
             self.source.error(&["technique"], message)
         })?;
-        if technique.contenders == Contenders::None {
+        if !technique.has_contenders() {
             let message = format!(
                 "{} has no contenders to compare; use `lightbench render`",
                 technique.about.id
             );
             return Err(self.source.error(&["technique"], message));
         }
-        (technique.build)(&config.parameters).map_err(|error| {
+        let built = (technique.build)(&config.parameters).map_err(|error| {
             let path = ["parameters", error.key.as_deref().unwrap_or("")];
             self.source.error(&path, error.message)
         })?;
@@ -239,7 +238,7 @@ impl Planner<'_> {
                 .source
                 .error(&["spp"], "spp and repeats must be at least 1".into()));
         }
-        let methods = self.methods(technique)?;
+        let methods = self.methods(built.as_ref())?;
         for (index, choice) in config.scene.iter().enumerate() {
             let index = index.to_string();
             let (found, description) = match find_scene(&choice.name) {
@@ -295,7 +294,7 @@ impl Planner<'_> {
     /// Method id, label and parameters, all checked.
     fn methods(
         &self,
-        technique: &TechniqueEntry,
+        technique: &dyn Technique,
     ) -> Result<Vec<(String, String, Table)>, ConfigError> {
         if self.config.method.is_empty() {
             return Err(self
@@ -320,18 +319,19 @@ impl Planner<'_> {
                     "a method needs an id, for example id = \"VGC+DGS\"".into(),
                 )
             })?;
-            let method = Method::new(technique, &id, &parameters).map_err(|error| {
+            let started = technique.start(&id, &parameters, Terms::default());
+            let method = started.map_err(|error| {
                 let key = error.key.as_deref().unwrap_or("id");
                 self.source.error(&["method", &index, key], error.message)
             })?;
-            let label = label.unwrap_or_else(|| method.id().to_owned());
+            let label = label.unwrap_or_else(|| method.id.clone());
             if methods.iter().any(|(_, known, _)| *known == label) {
                 return Err(self.source.error(
                     &["method", &index],
                     format!("two methods are called `{label}`; give one of them another label"),
                 ));
             }
-            methods.push((method.id().to_owned(), label, parameters));
+            methods.push((method.id, label, parameters));
         }
         Ok(methods)
     }

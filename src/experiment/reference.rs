@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::image::{Attributes, Image, ImageError, Layer, Samples, read_layers, write_exr};
-use crate::technique::{Frame, Technique, reference_pass};
+use crate::technique::{Shot, Technique, reference_pass};
 use crate::trace::RayCounter;
 
 /// A folder of references.
@@ -32,10 +32,10 @@ pub struct Reference {
 }
 
 impl Reference {
-    fn empty(frame: &Frame, wanted: u32, random: bool) -> Self {
+    fn empty(shot: &Shot, wanted: u32, random: bool) -> Self {
         Self {
-            mean: Image::new(frame.width, frame.height),
-            deviations: Image::new(frame.width, frame.height),
+            mean: Image::new(shot.width, shot.height),
+            deviations: Image::new(shot.width, shot.height),
             samples: 0,
             wanted,
             random,
@@ -138,26 +138,21 @@ impl ReferenceStore {
         self.folder.join(format!("{key}.exr"))
     }
 
-    /// The complete reference of a frame: read, or rendered and stored. Unfinished ones are taken up
+    /// The complete reference of a shot: read, or rendered and stored. Unfinished ones are taken up
     /// where they were left; they are stored at most every half minute.
     pub fn obtain(
         &self,
         key: &str,
-        (technique, frame): (&dyn Technique, &Frame),
+        (technique, shot): (&dyn Technique, &Shot),
         progress: &dyn Fn(u32, u32),
     ) -> Result<Reference, ImageError> {
         let path = self.path(key);
-        let wanted = technique.reference_samples(frame.spp);
+        let wanted = technique.reference_samples(shot.spp);
         let mut reference = match path.exists() {
             true => Reference::read(&path)?,
-            false => Reference::empty(frame, wanted, technique.reference_is_random()),
+            false => Reference::empty(shot, wanted, technique.reference_is_random()),
         };
-        self.extend(
-            &mut reference,
-            (&path, wanted),
-            (technique, frame),
-            progress,
-        )?;
+        self.extend(&mut reference, (&path, wanted), (technique, shot), progress)?;
         Ok(reference)
     }
 
@@ -166,18 +161,18 @@ impl ReferenceStore {
         &self,
         reference: &mut Reference,
         (path, wanted): (&Path, u32),
-        (technique, frame): (&dyn Technique, &Frame),
+        (technique, shot): (&dyn Technique, &Shot),
         progress: &dyn Fn(u32, u32),
     ) -> Result<(), ImageError> {
         reference.wanted = wanted;
         let mut stored = Instant::now();
-        let function = technique.shading_function(frame);
+        let function = technique.shading_function(shot);
         while reference.samples < wanted {
             progress(reference.samples, wanted);
             let start = Instant::now();
             let counter = RayCounter::default();
             let (pass, non_finite) =
-                reference_pass(function.as_ref(), frame, reference.samples, &counter);
+                reference_pass(function.as_ref(), shot, reference.samples, &counter);
             reference.add(&pass);
             reference.non_finite += non_finite;
             reference.seconds += start.elapsed().as_secs_f64();

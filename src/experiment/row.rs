@@ -39,8 +39,27 @@ pub struct Row {
     /// Any-hit rays.
     pub shadow_rays: u64,
     pub lookups: u64,
-    /// Peak bytes of the structures the job built.
-    pub bytes_peak: u64,
+    /// Bytes of geometry, tree, textures and map.
+    #[serde(default)]
+    pub bytes_scene: u64,
+    /// Bytes that the method keeps.
+    #[serde(default)]
+    pub bytes_cache: u64,
+    /// Peak bytes of everything else.
+    #[serde(default)]
+    pub bytes_work: u64,
+    /// Closest-hit rays of a search for settings, not in `rays`.
+    #[serde(default)]
+    pub search_rays: u64,
+    /// Any-hit rays of a search for settings, not in `shadow_rays`.
+    #[serde(default)]
+    pub search_shadow_rays: u64,
+    #[serde(default)]
+    pub cpu_seconds: serde_json::Map<String, serde_json::Value>,
+    #[serde(default)]
+    pub cpu_seconds_total: f64,
+    #[serde(default)]
+    pub serial_share: serde_json::Map<String, serde_json::Value>,
     pub seconds_total: f64,
     /// Stage name → seconds, in order of execution.
     pub seconds: serde_json::Map<String, serde_json::Value>,
@@ -106,7 +125,7 @@ impl Row {
             "all_rays" => count(self.rays + self.shadow_rays),
             "rmse_above_noise" => self.above_noise(),
             "lookups" => count(self.lookups),
-            "bytes_peak" => count(self.bytes_peak),
+            "bytes_cache" => count(self.bytes_cache),
             "non_finite" => count(self.non_finite),
             "reference_floor" => self.reference_floor,
             "seconds_total" => Some(self.seconds_total),
@@ -148,7 +167,7 @@ pub const NUMBER_COLUMNS: &[&str] = &[
     "all_rays",
     "rmse_above_noise",
     "lookups",
-    "bytes_peak",
+    "bytes_cache",
     "non_finite",
     "reference_floor",
     "seconds_total",
@@ -184,7 +203,7 @@ pub fn to_csv(rows: &[Row]) -> io::Result<String> {
         "rays",
         "shadow_rays",
         "lookups",
-        "bytes_peak",
+        "bytes_cache",
         "seconds_total",
     ];
     let metrics = [
@@ -219,7 +238,7 @@ pub fn to_csv(rows: &[Row]) -> io::Result<String> {
             row.rays.to_string(),
             row.shadow_rays.to_string(),
             row.lookups.to_string(),
-            row.bytes_peak.to_string(),
+            row.bytes_cache.to_string(),
             row.seconds_total.to_string(),
         ];
         for stage in &stages {

@@ -1,4 +1,4 @@
-//! Carries out a plan: one scene at a time, one reference a frame, then its jobs.
+//! Carries out a plan: one scene at a time, one reference a shot, then its jobs.
 
 use std::collections::HashSet;
 use std::io;
@@ -14,8 +14,7 @@ use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progres
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::{Scene, find_environment, find_scene};
-use crate::technique::TechniqueEntry;
-use crate::technique::{Contender, Film, Frame, Method, Rendered, Technique};
+use crate::technique::{Choice, Film, Rendered, Search, Shot, Technique, TechniqueEntry, Terms};
 use crate::trace::Tracer;
 
 /// Where results go and what to do about failures.
@@ -127,7 +126,7 @@ impl Runner {
             Tracer::new(&loaded.positions, &loaded.triangles)
         });
         for jobs in jobs.chunk_by(|a, b| a.reference == b.reference) {
-            self.frame(jobs, (&loaded, &tracer), fail_fast)?;
+            self.shot(jobs, (&loaded, &tracer), fail_fast)?;
             if fail_fast && self.outcome.failed > 0 {
                 break;
             }
@@ -136,24 +135,25 @@ impl Runner {
     }
 
     /// All open jobs that share a reference.
-    fn frame(
+    fn shot(
         &mut self,
         jobs: &[&Job],
         scene: (&Scene, &Tracer),
         fail_fast: bool,
     ) -> Result<(), RunError> {
         let technique = build_technique(jobs[0])?;
-        let frame = frame_of(jobs[0], scene)?;
+        let mut shot = shot_of(jobs[0], scene)?;
         let progress = &self.progress;
         let reference = progress.time("references", || {
             self.references.obtain(
                 &jobs[0].reference,
-                (technique.as_ref(), &frame),
+                (technique.as_ref(), &shot),
                 &|done, all| progress.reference(jobs[0], done, all),
             )
         })?;
+        shot.layer = progress.time("shared layers", || technique.shared_layer(&shot));
         for job in jobs {
-            let (row, pictures) = self.job(job, (technique.as_ref(), &frame), &reference);
+            let (row, pictures) = self.job(job, (technique.as_ref(), &shot), &reference);
             if !row.ok() {
                 self.outcome.failed += 1;
             }
@@ -162,7 +162,7 @@ impl Runner {
                 self.store.write_job(&row, |folder| match &pictures {
                     Some(pictures) => {
                         if let Some(set) = &pictures.rendered.lights
-                            && let Some(map) = &frame.scene.environment
+                            && let Some(map) = &shot.scene.environment
                             && self.keeps_lights
                         {
                             write_lights(folder, set, map)?;
@@ -183,7 +183,7 @@ impl Runner {
     fn job(
         &self,
         job: &Job,
-        (technique, frame): (&dyn Technique, &Frame),
+        (technique, shot): (&dyn Technique, &Shot),
         reference: &Reference,
     ) -> (Row, Option<Pictures>) {
         let mut row = Row {
@@ -192,33 +192,28 @@ impl Runner {
         };
         row.describe(job, &self.experiment);
         let start = Instant::now();
-        let method = match build_method(job) {
-            Ok(method) => method,
-            Err(error) => {
-                row.status = format!("failed: {error}");
-                return (row, None);
-            }
+        let options = CompareOptions {
+            exposure: technique.exposure_stops(shot.scene),
+            maps: true,
+            ..CompareOptions::default()
         };
         let render = |count: u64| {
-            let contender = Contender {
-                method: &method,
-                budget: count as usize,
-                seed: job.seed,
-                reference: Some(&reference.mean),
+            let choice = Choice {
+                method: &job.method,
+                parameters: &job.method_parameters,
+                terms: Terms {
+                    budget: count as usize,
+                    seed: job.seed,
+                },
             };
-            technique.render(frame, &contender)
+            choice.still(technique, shot, Some(&reference.mean))
         };
         let render = || match job.budget {
             Budget::Caches(count) | Budget::Lights(count) => render(count),
             Budget::Seconds(seconds) => equal_time::render_within(seconds, render),
         };
-        let options = CompareOptions {
-            exposure: technique.exposure_stops(frame.scene),
-            maps: true,
-            ..CompareOptions::default()
-        };
         let result = caught(render).and_then(|rendered| {
-            let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total();
+            let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total().wall;
             self.progress.spend("not charged", uncharged);
             self.progress
                 .time("metrics", || {
@@ -234,12 +229,11 @@ impl Runner {
             }
             Ok((rendered, comparison)) => {
                 fill(&mut row, job, (&rendered, &comparison), reference);
-                row.seconds_total = rendered.stages.total();
                 let pictures = Pictures {
                     rendered,
                     comparison,
                     reference: reference.mean.clone(),
-                    exposure: technique.exposure_stops(frame.scene),
+                    exposure: technique.exposure_stops(shot.scene),
                 };
                 (row, Some(pictures))
             }
@@ -251,12 +245,6 @@ impl Runner {
 pub fn build_technique(job: &Job) -> Result<Box<dyn Technique>, RunError> {
     let build = technique_of(job)?.build;
     build(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
-}
-
-/// The method of a job with its parameters.
-pub fn build_method(job: &Job) -> Result<Method, RunError> {
-    Method::new(technique_of(job)?, &job.method, &job.method_parameters)
-        .map_err(|e| RunError::Technique(e.to_string()))
 }
 
 fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
@@ -276,11 +264,11 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
     Ok(Scene::build(&description, technique.needs())?)
 }
 
-/// The frame of a job in a loaded scene.
-pub fn frame_of<'a>(
+/// The shot of a job in a loaded scene.
+pub fn shot_of<'a>(
     job: &Job,
     (scene, tracer): (&'a Scene, &'a Tracer),
-) -> Result<Frame<'a>, RunError> {
+) -> Result<Shot<'a>, RunError> {
     let view = scene
         .views
         .iter()
@@ -291,7 +279,13 @@ pub fn frame_of<'a>(
         height: job.height,
         spp: job.spp,
     };
-    Ok(Frame::new((scene, tracer), view, film))
+    let technique = build_technique(job)?;
+    Ok(Shot::exposed_for(
+        technique.as_ref(),
+        (scene, tracer),
+        view,
+        film,
+    ))
 }
 
 fn fill(
@@ -309,9 +303,23 @@ fn fill(
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;
     row.lookups = rendered.lookups;
-    row.bytes_peak = rendered.bytes_peak as u64;
-    for (stage, seconds) in &rendered.stages.0 {
-        row.seconds.insert((*stage).to_owned(), (*seconds).into());
+    row.bytes_cache = rendered.bytes_cache as u64;
+    row.bytes_work = rendered.bytes_work as u64;
+    for stage in &rendered.stages.0 {
+        let name = || stage.name.to_owned();
+        row.seconds.insert(name(), stage.seconds.wall.into());
+        row.cpu_seconds.insert(name(), stage.seconds.cpu.into());
+        row.serial_share
+            .insert(name(), stage.seconds.serial_share().into());
+    }
+    let total = rendered.stages.total();
+    row.seconds_total = total.wall;
+    row.cpu_seconds_total = total.cpu;
+    if rendered.search != Search::default() {
+        row.seconds
+            .insert("search_settings".into(), rendered.search.seconds.into());
+        row.search_rays = rendered.search.rays.closest;
+        row.search_shadow_rays = rendered.search.rays.shadow;
     }
     for (key, value) in &job.method_parameters {
         if let Ok(value) = serde_json::to_value(value) {

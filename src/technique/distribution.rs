@@ -3,10 +3,13 @@
 
 use toml::Table;
 
+use super::Listed;
 use crate::cache::Interpolation;
-use crate::cache::interpolation::inverse_distance;
-use crate::entry::{About, ParameterError};
-use crate::placement::{FirstStage, Refinement};
+use crate::cache::interpolation::{INTERPOLATIONS, interpolation, inverse_distance};
+use crate::entry::{About, ParameterError, check_keys};
+use crate::placement::{
+    FIRST_STAGES, FirstStage, REFINEMENTS, Refinement, first_stage, refinement,
+};
 
 /// The parameter that names the rule of interpolation.
 const KEY: &str = "interpolation";
@@ -15,6 +18,8 @@ const KEY: &str = "interpolation";
 pub struct Distribution {
     /// Canonical id.
     pub id: String,
+    /// First stage, refinement and rule of interpolation.
+    pub parts: Vec<&'static About>,
     pub first: Box<dyn FirstStage>,
     pub refinement: Option<Box<dyn Refinement>>,
     pub interpolation: Interpolation,
@@ -33,20 +38,14 @@ impl Distribution {
             key: Some("id".into()),
             message: format!("no {kind} is called `{name}`; known: {}", known.join(", ")),
         };
-        let first = crate::placement::first_stage(first_id).ok_or_else(|| {
-            let known = crate::placement::FIRST_STAGES
-                .iter()
-                .map(|e| e.about.id)
-                .collect();
+        let first = first_stage(first_id).ok_or_else(|| {
+            let known = FIRST_STAGES.iter().map(|e| e.about.id).collect();
             unknown("distribution", first_id, known)
         })?;
         let refinement = match refinement_id {
             None => None,
-            Some(name) => Some(crate::placement::refinement(name).ok_or_else(|| {
-                let known = crate::placement::REFINEMENTS
-                    .iter()
-                    .map(|e| e.about.id)
-                    .collect();
+            Some(name) => Some(refinement(name).ok_or_else(|| {
+                let known = REFINEMENTS.iter().map(|e| e.about.id).collect();
                 unknown("refinement", name, known)
             })?),
         };
@@ -54,10 +53,8 @@ impl Distribution {
             None => refinement.map_or(&inverse_distance::ENTRY, |r| r.interpolation),
             Some(value) => {
                 let name = value.as_str().unwrap_or_default();
-                crate::cache::interpolation::interpolation(name).ok_or_else(|| {
-                    let known = crate::cache::interpolation::INTERPOLATIONS
-                        .iter()
-                        .map(|e| e.about.id);
+                interpolation(name).ok_or_else(|| {
+                    let known = INTERPOLATIONS.iter().map(|e| e.about.id);
                     ParameterError {
                         key: Some(KEY.into()),
                         ..unknown("interpolation", name, known.collect())
@@ -65,13 +62,13 @@ impl Distribution {
                 })?
             }
         };
-        let abouts: Vec<&About> = std::iter::once(&first.about)
+        let abouts: Vec<&'static About> = std::iter::once(&first.about)
             .chain(refinement.map(|r| &r.about))
             .chain(std::iter::once(&interpolation.about))
             .collect();
         let mut parameters = parameters.clone();
         parameters.remove(KEY);
-        crate::entry::check_keys(&parameters, &abouts)?;
+        check_keys(&parameters, &abouts)?;
         let own = |about: &About| -> Table {
             let declared = |key: &str| about.parameters.iter().any(|p| p.key == key);
             parameters
@@ -88,8 +85,25 @@ impl Distribution {
             first: (first.build)(&own(&first.about))?,
             refinement: refinement.map(|r| (r.build)(&own(&r.about))).transpose()?,
             interpolation: (interpolation.build)(&own(&interpolation.about))?,
+            parts: abouts,
         })
     }
+}
+
+/// Every first stage, alone and with every refinement.
+pub fn distributions() -> Vec<Listed> {
+    let mut listed = Vec::new();
+    for first in FIRST_STAGES {
+        listed.push(Listed {
+            id: first.about.id.to_owned(),
+            parts: vec![&first.about],
+        });
+        listed.extend(REFINEMENTS.iter().map(|refinement| Listed {
+            id: format!("{}+{}", first.about.id, refinement.about.id),
+            parts: vec![&first.about, &refinement.about],
+        }));
+    }
+    listed
 }
 
 #[cfg(test)]

@@ -1,59 +1,75 @@
 //! What is computed: cached functions under a distribution of records, and the truths.
 //!
 //! Two seams: a [`CachedFunction`] knows how to evaluate, compare and interpolate records but not
-//! where they are; a [`Distribution`] places them but not what they hold. [`cached::render`] is the
-//! product of both; what a technique compares is a [`Method`].
+//! where they are; a [`Distribution`] places them but not what they hold. What a technique compares are
+//! [`Contender`]s, each listed in the technique's own folder; [`cached`] makes one of any distribution.
 
 pub mod ambient_occlusion;
 pub mod cached;
+mod contender;
 mod distribution;
 pub mod environment_lighting;
-mod frame;
 pub mod importance_caching;
 pub mod irradiance_caching;
-mod method;
 mod passes;
 mod paths;
 mod per_sample;
+mod shot;
+mod stages;
 pub mod truth;
 
 pub use cached::{CachedFunction, CachedTechnique, Lookup, RecordSite};
+pub use contender::{
+    Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms,
+};
 pub use distribution::Distribution;
-pub use frame::{Film, Frame, Missed, Seen, Site, shading_points};
-pub use method::{Method, MethodEntry, OTHER_METHODS, other_method};
+
 pub use passes::Passes;
-pub use per_sample::{PER_SAMPLE, PerSample};
+pub use shot::{Film, Missed, Seen, Shot, Site, shading_points};
+pub use stages::{Clock, Seconds, Stage, Stages};
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::entry::{About, ParameterError};
-use crate::environment::LightSet;
 use crate::image::Image;
 use crate::scene::{Needs, Scene};
-use crate::trace::{Caster, RayCounter, RayCounts};
-
-/// What a truth says to a contender.
-const NO_CONTENDERS: &str = "this technique has one method only: reference";
-
-/// Which methods a technique compares.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contenders {
-    /// None: `reference` is the only method.
-    None,
-    /// Cache distributions, and the function itself at every sample.
-    Distributions,
-    /// Samplers of environment maps.
-    EnvironmentSamplers,
-}
+use crate::trace::{Caster, RayCounter};
 
 /// A technique.
 pub struct TechniqueEntry {
     pub about: About,
     pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
-    pub contenders: Contenders,
+    /// Every contender it takes, by canonical id; none for a truth, whose only method is `reference`.
+    pub contenders: fn() -> Vec<Listed>,
+    /// What they share.
+    pub unit: Unit,
+    /// The full method of its paper.
+    pub default_method: &'static str,
     /// Parameters that the reference does not depend on.
     pub of_contenders: &'static [&'static str],
+}
+
+/// A contender of a technique, and the entries it is made of.
+pub struct Listed {
+    pub id: String,
+    pub parts: Vec<&'static About>,
+}
+
+impl TechniqueEntry {
+    /// Whether there is anything to compare.
+    pub fn has_contenders(&self) -> bool {
+        !(self.contenders)().is_empty()
+    }
+}
+
+/// What the contenders of a technique share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Records.
+    Caches,
+    /// Shadow rays per shading point.
+    Lights,
 }
 
 /// A technique with its parameters set.
@@ -61,8 +77,8 @@ pub trait Technique: Send + Sync {
     /// What it reads of a scene.
     fn needs(&self) -> Needs;
 
-    /// The shading function itself in one frame.
-    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a>;
+    /// The shading function itself in one shot.
+    fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a>;
 
     /// Exposure of its images in stops, for previews and display metrics: 0 for unitless values in
     /// `[0, 1]`, the scene's for radiance.
@@ -87,36 +103,26 @@ pub trait Technique: Send + Sync {
         0
     }
 
-    /// This technique as one of records; `None` where contenders are something else, or nothing.
-    fn cached(&self) -> Option<&dyn CachedTechnique> {
+    /// Builds the contender `id` with its parameters; no ray is cast yet, so that plans are checked with it.
+    ///
+    /// # Errors
+    /// Ids that the technique does not take, unknown and unfit parameters; the key is named.
+    fn start<'a>(
+        &'a self,
+        id: &str,
+        parameters: &toml::Table,
+        terms: Terms,
+    ) -> Result<Started<'a>, ParameterError>;
+
+    /// The factor on radiance that gives images a comparable exposure, decided once for a sequence, by its
+    /// first shot, and charged to nobody.
+    fn exposure(&self, _first: &Shot) -> f32 {
+        1.0
+    }
+
+    /// Light of a shot that all contenders share: added to each of their images, charged to none.
+    fn shared_layer(&self, _: &Shot) -> Option<Image> {
         None
-    }
-
-    /// Renders one contender.
-    ///
-    /// # Errors
-    /// A sentence, for methods that the technique does not take or that need what is not there.
-    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        match self.cached() {
-            Some(technique) => cached::render(technique, frame, contender),
-            None => Err(NO_CONTENDERS.into()),
-        }
-    }
-
-    /// What went into one pixel (row-major index) of a contender, a line each.
-    ///
-    /// # Errors
-    /// As [`Technique::render`].
-    fn replay(
-        &self,
-        frame: &Frame,
-        contender: &Contender,
-        pixel: u32,
-    ) -> Result<Vec<String>, String> {
-        match self.cached() {
-            Some(technique) => cached::replay(technique, frame, contender, pixel),
-            None => Err(NO_CONTENDERS.into()),
-        }
     }
 }
 
@@ -147,84 +153,23 @@ fn each_pixel(first_pixel: u32, out: &mut [[f32; 3]], mut shade: impl FnMut(u32)
     non_finite
 }
 
-/// One pass of the reference over the whole frame, and its number of non-finite values.
+/// One pass of the reference over the whole shot, and its number of non-finite values.
 pub fn reference_pass(
     function: &dyn ShadingFunction,
-    frame: &Frame,
+    shot: &Shot,
     sample: u32,
     counter: &RayCounter,
 ) -> (Image, u64) {
-    let mut image = Image::new(frame.width, frame.height);
+    let mut image = Image::new(shot.width, shot.height);
     let non_finite = image
         .pixels
-        .par_chunks_mut(frame.width)
+        .par_chunks_mut(shot.width)
         .enumerate()
         .map(|(y, row)| {
-            let caster = frame.tracer.caster(counter);
-            let first = (y * frame.width) as u32;
+            let caster = shot.tracer.caster(counter);
+            let first = (y * shot.width) as u32;
             function.pixels(&caster, (first, sample), row)
         })
         .sum();
     (image, non_finite)
-}
-
-/// What a contender has to work with.
-pub struct Contender<'a> {
-    pub method: &'a Method,
-    /// What the contenders of the technique share: records, or shadow rays per shading point.
-    pub budget: usize,
-    pub seed: u64,
-    /// For settings that the paper picks by error (SD's minimum cluster size).
-    pub reference: Option<&'a Image>,
-}
-
-/// A record of a finished job.
-#[derive(Clone, Copy, Debug)]
-pub struct PlacedRecord {
-    pub site: Site,
-    /// Row-major pixel index.
-    pub pixel: u32,
-    /// 0 first stage, 1 refinement.
-    pub stage: u8,
-}
-
-/// What a contender produced.
-#[derive(Clone, Debug, Default)]
-pub struct Rendered {
-    pub image: Image,
-    pub records: Vec<PlacedRecord>,
-    /// The lights of a global light set.
-    pub lights: Option<LightSet>,
-    /// The map that guided the refinement, row-major, if there was one.
-    pub discontinuity: Option<Vec<f32>>,
-    pub rays: RayCounts,
-    pub lookups: u64,
-    pub bytes_peak: usize,
-    pub stages: Stages,
-    /// Found parameters (σ_s, chosen cluster size, …).
-    pub found: Vec<(&'static str, f64)>,
-    pub notes: Vec<String>,
-    pub non_finite: u64,
-}
-
-/// Seconds of each stage, in order of first execution.
-#[derive(Clone, Debug, Default)]
-pub struct Stages(pub Vec<(&'static str, f64)>);
-
-impl Stages {
-    /// Runs `work` and adds its wall time to the stage.
-    pub fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
-        let start = std::time::Instant::now();
-        let result = work();
-        let seconds = start.elapsed().as_secs_f64();
-        match self.0.iter_mut().find(|(name, _)| *name == stage) {
-            Some((_, total)) => *total += seconds,
-            None => self.0.push((stage, seconds)),
-        }
-        result
-    }
-
-    pub fn total(&self) -> f64 {
-        self.0.iter().map(|(_, seconds)| seconds).sum()
-    }
 }

@@ -1,12 +1,12 @@
-//! The mean of passes of a shading function over a frame.
+//! The mean of passes of a shading function over a shot.
 
-use super::{Frame, ShadingFunction, reference_pass};
+use super::{ShadingFunction, Shot, reference_pass};
 use crate::image::Image;
 use crate::trace::RayCounter;
 
 /// Passes added so far, in f64.
 pub struct Passes<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     function: &'a dyn ShadingFunction,
     sums: Vec<[f64; 3]>,
     pub count: u32,
@@ -16,11 +16,11 @@ pub struct Passes<'a> {
 
 impl<'a> Passes<'a> {
     /// No pass yet.
-    pub fn new(frame: &'a Frame<'a>, function: &'a dyn ShadingFunction) -> Self {
+    pub fn new(shot: &'a Shot<'a>, function: &'a dyn ShadingFunction) -> Self {
         Self {
-            frame,
+            shot,
             function,
-            sums: vec![[0.0; 3]; frame.pixels()],
+            sums: vec![[0.0; 3]; shot.pixels()],
             count: 0,
             non_finite: 0,
         }
@@ -28,7 +28,7 @@ impl<'a> Passes<'a> {
 
     /// Adds the next pass.
     pub fn add(&mut self, counter: &RayCounter) {
-        let (pass, non_finite) = reference_pass(self.function, self.frame, self.count, counter);
+        let (pass, non_finite) = reference_pass(self.function, self.shot, self.count, counter);
         self.count += 1;
         self.non_finite += non_finite;
         for (sum, value) in self.sums.iter_mut().zip(&pass.pixels) {
@@ -38,7 +38,7 @@ impl<'a> Passes<'a> {
 
     /// The mean; black without passes.
     pub fn mean(&self) -> Image {
-        let mut image = Image::new(self.frame.width, self.frame.height);
+        let mut image = Image::new(self.shot.width, self.shot.height);
         let count = f64::from(self.count.max(1));
         for (pixel, sum) in image.pixels.iter_mut().zip(&self.sums) {
             *pixel = sum.map(|s| (s / count) as f32);

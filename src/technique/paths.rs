@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Frame, Seen, ShadingFunction, each_pixel};
+use super::{Seen, ShadingFunction, Shot, each_pixel};
 use crate::sample::{Rng, additive, hash};
 use crate::shade::Depths;
 use crate::trace::Caster;
@@ -28,17 +28,17 @@ const ROULETTE_FROM: u32 = 2;
 
 /// Light paths from a surface that the camera sees: those of at least two scatterings, in a scene
 /// that follows paths of `max_depth` edges.
-pub fn indirect(frame: &Frame) -> Depths {
+pub fn indirect(shot: &Shot) -> Depths {
     Depths {
         first: 2,
-        last: frame.scene.max_depth.saturating_sub(1),
+        last: shot.scene.max_depth.saturating_sub(1),
         roulette_from: Some(ROULETTE_FROM),
     }
 }
 
 /// One estimate of a layer for each pixel and pass.
 pub struct LayerPaths<'a> {
-    pub frame: &'a Frame<'a>,
+    pub shot: &'a Shot<'a>,
     /// Whether emission and direct light are in.
     pub direct: bool,
     /// Paths from the surface that the camera sees on; `None` leaves indirect light out.
@@ -53,12 +53,12 @@ impl ShadingFunction for LayerPaths<'_> {
         (first_pixel, pass): (u32, u32),
         out: &mut [[f32; 3]],
     ) -> u64 {
-        let frame = self.frame;
+        let shot = self.shot;
         each_pixel(first_pixel, out, |pixel| {
-            match frame.look_out(caster, pixel, pass % frame.spp) {
+            match shot.look_out(caster, pixel, pass % shot.spp) {
                 Ok(seen) => seen.throughput * self.shaded(caster, &seen, pass),
                 Err(missed) if self.direct => {
-                    missed.throughput * frame.paths.lights().environment(missed.direction)
+                    missed.throughput * shot.paths.lights().environment(missed.direction)
                 }
                 Err(_) => Vec3::ZERO,
             }
@@ -68,8 +68,8 @@ impl ShadingFunction for LayerPaths<'_> {
 
 impl LayerPaths<'_> {
     fn shaded(&self, caster: &Caster, seen: &Seen, pass: u32) -> Vec3 {
-        let paths = &self.frame.paths;
-        let at = self.frame.surface(seen);
+        let paths = &self.shot.paths;
+        let at = self.shot.surface(seen);
         let mut sum = Vec3::ZERO;
         if self.direct {
             let mut rng = self.rng(STREAMS[0], seen.pixel, pass);
@@ -124,25 +124,25 @@ mod tests {
             height: 12,
             spp: PASSES,
         };
-        let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+        let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
         let layers = LayerPaths {
-            frame: &frame,
+            shot: &shot,
             direct: true,
-            indirect: Some(indirect(&frame)),
+            indirect: Some(indirect(&shot)),
             seed: 1,
         };
         let counter = RayCounter::default();
         let caster = tracer.caster(&counter);
         let (mut by_layers, mut by_paths) = (0.0, 0.0);
         for pass in 0..PASSES {
-            let mut out = vec![[0.0; 3]; frame.pixels()];
+            let mut out = vec![[0.0; 3]; shot.pixels()];
             layers.pixels(&caster, (0, pass), &mut out);
             for (pixel, value) in (0..).zip(out) {
-                let ray = frame.camera_ray(pixel, pass);
+                let ray = shot.camera_ray(pixel, pass);
                 let mut rng = Rng::new(2, 0, u64::from(pixel), u64::from(pass));
-                let depths = Depths::up_to(frame.scene.max_depth);
+                let depths = Depths::up_to(shot.scene.max_depth);
                 by_layers += luminance(value);
-                by_paths += luminance(frame.paths.radiance(&caster, ray, &mut rng, depths));
+                by_paths += luminance(shot.paths.radiance(&caster, ray, &mut rng, depths));
             }
         }
         let difference = by_layers / by_paths - 1.0;

@@ -7,23 +7,24 @@
 use serde::Deserialize;
 
 use super::cached::CachedTechnique;
-use super::{Contender, Frame, Method, Passes, RecordSite, Rendered, Stages, shading_points};
+use super::{
+    Clock, Contender, ContenderEntry, Passes, RecordSite, Rendered, Search, Shot, Terms,
+    shading_points,
+};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, Parameter};
-use crate::technique::MethodEntry;
-use crate::trace::RayCounter;
+use crate::trace::{RayCounter, RayCounts};
 
-/// The outside contender of cached techniques: no records, the function estimated at every camera
-/// sample with few random samples.
+/// Its parameters.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct PerSample {
+struct Parameters {
     /// Estimates of each pixel; `None` takes as many as cost the rays of the budget's records.
-    pub passes: Option<std::num::NonZeroU32>,
+    passes: Option<std::num::NonZeroU32>,
 }
 
 /// The registry's entry.
-pub const PER_SAMPLE: MethodEntry = MethodEntry {
+pub const PER_SAMPLE: ContenderEntry<dyn CachedTechnique> = ContenderEntry {
     about: About {
         id: "per-sample",
         module: include_str!("per_sample.rs"),
@@ -44,13 +45,21 @@ pub const PER_SAMPLE: MethodEntry = MethodEntry {
                       reach those of evaluating the budget's records, measured on 64 of them",
         }],
     },
-    techniques: &[
-        "ambient-occlusion",
-        "irradiance-caching",
-        "importance-caching",
-    ],
-    build: |table| Ok(Method::PerSample(crate::entry::parameters(table)?)),
+    start: |technique, table, terms| {
+        Ok(Box::new(PerSample {
+            technique,
+            parameters: crate::entry::parameters(table)?,
+            terms,
+        }))
+    },
 };
+
+/// The contender: no records, the function estimated at every camera sample with few random samples.
+struct PerSample<'a> {
+    technique: &'a dyn CachedTechnique,
+    parameters: Parameters,
+    terms: Terms,
+}
 
 /// Records whose cost tells what the budget's records would take.
 const MEASURED: usize = 64;
@@ -59,60 +68,65 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Passes end here however cheap they are.
 const MOST_PASSES: u32 = 1 << 16;
 
-/// Adds passes until their number, or the rays of the budget, are reached.
-pub(super) fn render(
-    technique: &dyn CachedTechnique,
-    frame: &Frame,
-    contender: &Contender,
-    method: &PerSample,
-) -> Result<Rendered, String> {
-    let mut rendered = Rendered::default();
-    let mut stages = Stages::default();
-    let budget = match method.passes {
-        Some(_) => u64::MAX,
-        None => rays_of_records(technique, frame, contender)?,
-    };
-    let most = method.passes.map_or(MOST_PASSES, |passes| passes.get());
-    let counter = RayCounter::default();
-    let function = technique.estimator(frame, contender.seed);
-    let mut passes = Passes::new(frame, function.as_ref());
-    let mut spent = 0;
-    while passes.count < most && (passes.count == 0 || spent < budget) {
-        stages.time("rendering", || passes.add(&counter));
-        let rays = counter.read();
-        spent = rays.closest + rays.shadow;
+impl Contender for PerSample<'_> {
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        Ok(shots.iter().map(|shot| self.render(shot)).collect())
     }
-    rendered.image = passes.mean();
-    rendered.non_finite = passes.non_finite;
-    rendered.rays = counter.read();
-    rendered.bytes_peak = frame.tracer.bytes() + passes.bytes();
-    rendered.stages = stages;
-    rendered.found.push(("passes", f64::from(passes.count)));
-    if budget != u64::MAX {
-        rendered.found.push(("rays_of_records", budget as f64));
+
+    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
+        Err(format!("{} has no records to replay", PER_SAMPLE.about.id))
     }
-    Ok(rendered)
 }
 
-/// Rays that the budget's records would take: the mean of records spread over the view by the golden
-/// ratio (an even stride may run along a column of pixels). The
-/// camera rays of shading points and of the image are not counted.
-fn rays_of_records(
-    technique: &dyn CachedTechnique,
-    frame: &Frame,
-    contender: &Contender,
-) -> Result<u64, String> {
-    let points = shading_points(frame, &RayCounter::default());
-    let count = MEASURED.min(points.len());
-    let place = |i: usize| (i as f64 * GOLDEN).fract() * points.len() as f64;
-    let sites: Vec<RecordSite> = (0..count)
-        .map(|i| RecordSite::of(&points, place(i) as u32))
-        .collect();
-    let counter = RayCounter::default();
-    let how = (Interpolation::default(), contender.seed);
-    let (mut records, _) = technique.function(frame, how)?;
-    records.evaluate(&sites, &counter);
-    let rays = counter.read();
-    let mean = (rays.closest + rays.shadow) as f64 / count.max(1) as f64;
-    Ok((mean * contender.budget.min(points.len()) as f64).round() as u64)
+impl PerSample<'_> {
+    /// Adds passes until their number, or the rays of the budget, are reached.
+    fn render(&self, shot: &Shot) -> Rendered {
+        let mut rendered = Rendered::default();
+        let mut budget = u64::MAX;
+        if self.parameters.passes.is_none() {
+            let clock = Clock::start();
+            let (records, rays) = self.rays_of_records(shot);
+            rendered.search = Search {
+                seconds: clock.seconds().wall,
+                rays,
+            };
+            rendered.found.push(("rays_of_records", records as f64));
+            budget = records;
+        }
+        let most = self.parameters.passes.map_or(MOST_PASSES, |p| p.get());
+        let counter = RayCounter::default();
+        let function = self.technique.estimator(shot, self.terms.seed);
+        let mut passes = Passes::new(shot, function.as_ref());
+        while passes.count < most && (passes.count == 0 || counter.read().all() < budget) {
+            rendered.stages.time("rendering", || passes.add(&counter));
+        }
+        rendered.image = passes.mean();
+        rendered.non_finite = passes.non_finite;
+        rendered.rays = counter.read();
+        rendered.found.push(("passes", f64::from(passes.count)));
+        rendered
+    }
+
+    /// Rays that the budget's records would take: the mean of records spread over the view by the golden
+    /// ratio (an even stride may run along a column of pixels); and the rays that finding out took. The
+    /// camera rays of shading points and of the image are not among the former.
+    fn rays_of_records(&self, shot: &Shot) -> (u64, RayCounts) {
+        let counter = RayCounter::default();
+        let points = shading_points(shot, &counter);
+        let mut spent = counter.read();
+        let count = MEASURED.min(points.len());
+        let place = |i: usize| (i as f64 * GOLDEN).fract() * points.len() as f64;
+        let sites: Vec<RecordSite> = (0..count)
+            .map(|i| RecordSite::of(&points, place(i) as u32))
+            .collect();
+        let counter = RayCounter::default();
+        let how = (Interpolation::default(), self.terms.seed);
+        let (mut records, _) = self.technique.function(shot, how);
+        records.evaluate(&sites, &counter);
+        let rays = counter.read();
+        spent += rays;
+        let mean = rays.all() as f64 / count.max(1) as f64;
+        let records = (mean * self.terms.budget.min(points.len()) as f64).round();
+        (records as u64, spent)
+    }
 }

@@ -2,12 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Frame, ShadingFunction, Technique, each_pixel};
-use crate::entry::{About, Bias, Parameter};
+use super::{ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms, Unit, each_pixel};
+use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
 use crate::shade::{DIRECT_LIGHTING, Depths};
-use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::{Caster, Ray};
 
 /// Keys the random numbers of camera paths.
@@ -34,7 +33,9 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         parameters: &[SEED],
     },
     build: |table| Ok(Box::new(Truth::new(table, None)?)),
-    contenders: Contenders::None,
+    contenders: Vec::new,
+    unit: Unit::Caches,
+    default_method: "reference",
     of_contenders: &[],
 };
 
@@ -52,7 +53,9 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         parameters: &[SEED],
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
-    contenders: Contenders::None,
+    contenders: Vec::new,
+    unit: Unit::Caches,
+    default_method: "reference",
     of_contenders: &[],
 };
 
@@ -76,10 +79,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(
-        table: &toml::Table,
-        max_depth: Option<u32>,
-    ) -> Result<Self, crate::entry::ParameterError> {
+    fn new(table: &toml::Table, max_depth: Option<u32>) -> Result<Self, ParameterError> {
         Ok(Self {
             parameters: crate::entry::parameters(table)?,
             max_depth,
@@ -92,11 +92,11 @@ impl Technique for Truth {
         Needs::ALL
     }
 
-    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+    fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a> {
         Box::new(TracedPaths {
-            frame,
+            shot,
             seed: self.parameters.seed,
-            max_depth: self.max_depth.unwrap_or(frame.scene.max_depth),
+            max_depth: self.max_depth.unwrap_or(shot.scene.max_depth),
         })
     }
 
@@ -115,11 +115,23 @@ impl Technique for Truth {
     fn rays_per_evaluation(&self) -> u64 {
         1
     }
+
+    fn start<'a>(
+        &'a self,
+        _: &str,
+        _: &toml::Table,
+        _: Terms,
+    ) -> Result<Started<'a>, ParameterError> {
+        Err(ParameterError {
+            key: Some("id".into()),
+            message: "this technique has one method only: reference".into(),
+        })
+    }
 }
 
 /// One path per pixel and sample, uniformly jittered in the pixel.
 struct TracedPaths<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     seed: u64,
     max_depth: u32,
 }
@@ -131,15 +143,15 @@ impl ShadingFunction for TracedPaths<'_> {
         (first_pixel, sample): (u32, u32),
         out: &mut [[f32; 3]],
     ) -> u64 {
-        let size = [self.frame.width, self.frame.height];
-        let origin = self.frame.view.origin.as_vec3();
+        let size = [self.shot.width, self.shot.height];
+        let origin = self.shot.view.origin.as_vec3();
         each_pixel(first_pixel, out, |pixel| {
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
             let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
             let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
-            let ray = Ray::new(origin, self.frame.view.direction(x, y, size));
+            let ray = Ray::new(origin, self.shot.view.direction(x, y, size));
             let depths = Depths::up_to(self.max_depth);
-            self.frame
+            self.shot
                 .paths
                 .radiance(caster, ray, &mut rng, depths)
                 .into()

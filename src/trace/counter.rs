@@ -21,6 +21,21 @@ pub struct RayCounts {
     pub refused: u64,
 }
 
+impl std::ops::AddAssign for RayCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.closest += other.closest;
+        self.shadow += other.shadow;
+        self.refused += other.refused;
+    }
+}
+
+impl RayCounts {
+    /// Rays of either kind.
+    pub fn all(self) -> u64 {
+        self.closest + self.shadow
+    }
+}
+
 impl RayCounter {
     pub fn add(&self, counts: RayCounts) {
         self.closest.fetch_add(counts.closest, Relaxed);

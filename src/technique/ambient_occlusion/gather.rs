@@ -87,10 +87,10 @@ impl Gatherer<'_> {
         self.measure_outline(caster, (origin, edges), scratch);
         let nearness: f32 = scratch.measured.iter().map(|(_, nearness)| nearness).sum();
         let gradient = edges.gradient_of_outline(&scratch.occluded, &scratch.measured);
-        let frame = LocalFrame::from_normal(site.normal);
+        let shot = LocalFrame::from_normal(site.normal);
         let change = Change {
-            bent: frame.to_world(bent),
-            gradient: frame.to_world(gradient * std::f32::consts::FRAC_1_PI),
+            bent: shot.to_world(bent),
+            gradient: shot.to_world(gradient * std::f32::consts::FRAC_1_PI),
             trust: 1.0 / (1.0 + self.distance * nearness / count as f32),
         };
         (bent.z.min(1.0), change)
@@ -122,9 +122,9 @@ impl Gatherer<'_> {
 
     /// World-space directions of a site's rays, and their origin.
     fn aim(&self, site: &Site, world: &mut [Vec3]) -> Vec3 {
-        let frame = LocalFrame::from_normal(site.normal);
+        let shot = LocalFrame::from_normal(site.normal);
         for (world, &local) in world.iter_mut().zip(self.directions) {
-            *world = frame.to_world(local);
+            *world = shot.to_world(local);
         }
         offset_origin(site.position, site.geometric_normal, self.diagonal)
     }

@@ -7,6 +7,7 @@
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 mod gather;
 mod records;
@@ -14,14 +15,14 @@ mod records;
 use gather::{Gatherer, Scratch};
 use records::VisibilityRecords;
 
-use super::cached::CachedTechnique;
-use super::{CachedFunction, Frame, Lookup, ShadingFunction, Technique, each_pixel};
+use super::cached::{self, CachedTechnique};
+use super::{CachedFunction, Lookup, ShadingFunction, Shot, Technique, each_pixel};
+use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
 use crate::scene::{Needs, Scene};
 use crate::shade::bsdf::cosine_sample;
-use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::{Caster, Ray, offset_origin};
 
 /// Keys the directions of the random estimate.
@@ -67,7 +68,9 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         let technique = AmbientOcclusion::new(crate::entry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
-    contenders: Contenders::Distributions,
+    contenders: cached::listed,
+    unit: Unit::Caches,
+    default_method: "VGC+DGS",
     of_contenders: &["lookup"],
 };
 
@@ -129,16 +132,16 @@ impl AmbientOcclusion {
         })
     }
 
-    fn gatherer(&self, frame: &Frame) -> Gatherer<'_> {
+    fn gatherer(&self, shot: &Shot) -> Gatherer<'_> {
         Gatherer {
             directions: &self.directions,
-            distance: self.distance(frame),
-            diagonal: frame.scene.diagonal,
+            distance: self.distance(shot),
+            diagonal: shot.scene.diagonal,
         }
     }
 
-    fn distance(&self, frame: &Frame) -> f32 {
-        self.parameters.distance.unwrap_or(frame.scene.ao_distance)
+    fn distance(&self, shot: &Shot) -> f32 {
+        self.parameters.distance.unwrap_or(shot.scene.ao_distance)
     }
 }
 
@@ -147,10 +150,10 @@ impl Technique for AmbientOcclusion {
         Needs::GEOMETRY
     }
 
-    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+    fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a> {
         Box::new(ExactOcclusion {
-            frame,
-            gatherer: self.gatherer(frame),
+            shot,
+            gatherer: self.gatherer(shot),
         })
     }
 
@@ -174,25 +177,30 @@ impl Technique for AmbientOcclusion {
         4 + 8 * self.directions.len().div_ceil(64) as u64
     }
 
-    fn cached(&self) -> Option<&dyn CachedTechnique> {
-        Some(self)
+    fn start<'a>(
+        &'a self,
+        id: &str,
+        parameters: &Table,
+        terms: Terms,
+    ) -> Result<Started<'a>, ParameterError> {
+        cached::start(self, id, parameters, terms)
     }
 }
 
 impl CachedTechnique for AmbientOcclusion {
     fn function<'a>(
         &'a self,
-        frame: &'a Frame<'a>,
+        shot: &'a Shot<'a>,
         (interpolation, _): (Interpolation, u64),
-    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
-        let records = VisibilityRecords::new(frame, self.gatherer(frame), interpolation.gradient());
-        Ok((Box::new(records), self.parameters.lookup))
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
+        let records = VisibilityRecords::new(shot, self.gatherer(shot), interpolation.gradient());
+        (Box::new(records), self.parameters.lookup)
     }
 
-    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
+    fn estimator<'a>(&'a self, shot: &'a Shot<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
         Box::new(SampledOcclusion {
-            frame,
-            distance: self.distance(frame),
+            shot,
+            distance: self.distance(shot),
             seed,
         })
     }
@@ -200,7 +208,7 @@ impl CachedTechnique for AmbientOcclusion {
 
 /// Ambient occlusion by one random ray, distributed by the cosine.
 struct SampledOcclusion<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     distance: f32,
     seed: u64,
 }
@@ -212,16 +220,16 @@ impl ShadingFunction for SampledOcclusion<'_> {
         (first_pixel, pass): (u32, u32),
         out: &mut [[f32; 3]],
     ) -> u64 {
-        let frame = self.frame;
+        let shot = self.shot;
         each_pixel(first_pixel, out, |pixel| {
-            let open = frame
-                .look(caster, pixel, pass % frame.spp)
+            let open = shot
+                .look(caster, pixel, pass % shot.spp)
                 .is_none_or(|seen| {
                     let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(pass));
                     let local = cosine_sample([rng.next_f32(), rng.next_f32()]);
                     let site = seen.site;
                     let side =
-                        offset_origin(site.position, site.geometric_normal, frame.scene.diagonal);
+                        offset_origin(site.position, site.geometric_normal, shot.scene.diagonal);
                     let direction = LocalFrame::from_normal(site.normal).to_world(local);
                     !caster.occluded(&Ray {
                         t_max: self.distance,
@@ -235,7 +243,7 @@ impl ShadingFunction for SampledOcclusion<'_> {
 
 /// Ambient occlusion evaluated at every sample.
 struct ExactOcclusion<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     gatherer: Gatherer<'a>,
 }
 
@@ -248,7 +256,7 @@ impl ShadingFunction for ExactOcclusion<'_> {
     ) -> u64 {
         let mut scratch = Scratch::new(self.gatherer.directions.len());
         each_pixel(first_pixel, out, |pixel| {
-            let seen = self.frame.look(caster, pixel, sample);
+            let seen = self.shot.look(caster, pixel, sample);
             Vec3::splat(seen.map_or(1.0, |seen| {
                 self.gatherer.gather(caster, &seen.site, &mut scratch)
             }))

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::gather::{Change, Gatherer, Scratch};
 use crate::cache::{Extrapolation, Gradient, Neighbour};
 use crate::sample::HemisphereEdges;
-use crate::technique::{CachedFunction, Frame, RecordSite, Seen, Site};
+use crate::technique::{CachedFunction, RecordSite, Seen, Shot, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// Records that one task evaluates.
@@ -14,7 +14,7 @@ const GRAIN: usize = 16;
 
 /// The records of one job.
 pub struct VisibilityRecords<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     gatherer: Gatherer<'a>,
     /// 64-bit words per record.
     words: usize,
@@ -29,10 +29,10 @@ const LARGEST_CHANGE: f32 = 0.1;
 
 impl<'a> VisibilityRecords<'a> {
     /// No records yet; with a `gradient` they will know how the value changes.
-    pub fn new(frame: &'a Frame<'a>, gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
+    pub fn new(shot: &'a Shot<'a>, gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
         let side = gatherer.directions.len().isqrt();
         Self {
-            frame,
+            shot,
             words: gatherer.directions.len().div_ceil(64),
             gatherer,
             values: Vec::new(),
@@ -59,11 +59,11 @@ impl CachedFunction for VisibilityRecords<'_> {
         let first = self.values.len();
         let bits = (first + sites.len()) * self.words;
         self.occluded.resize(bits, 0);
-        let (frame, gatherer) = (self.frame, &self.gatherer);
+        let (shot, gatherer) = (self.shot, &self.gatherer);
         let edges = self.gradient.as_ref().map(|gradient| &gradient.edges);
         let start = || {
             let scratch = Scratch::new(gatherer.directions.len());
-            (frame.tracer.caster(counter), scratch)
+            (shot.tracer.caster(counter), scratch)
         };
         let made: Vec<(f32, Change)> = self.occluded[first * self.words..]
             .par_chunks_mut(self.words)

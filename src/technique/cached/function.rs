@@ -4,25 +4,31 @@ use glam::Vec3;
 
 use super::Lookup;
 use crate::cache::{Interpolation, Neighbour, ShadingPoints};
-use crate::technique::{Frame, Rendered, Seen, ShadingFunction, Site, Technique};
+use crate::entry::ParameterError;
+use crate::technique::{Rendered, Seen, ShadingFunction, Shot, Site, Technique};
 use crate::trace::{Caster, RayCounter};
 
 /// A technique whose contenders are records of one function.
 pub trait CachedTechnique: Technique {
-    /// The function without records, for one job, and its run-time rule. `how` says
-    /// how records will be interpolated and which seed keys random choices of them.
+    /// Whether its records can be interpolated so.
     ///
     /// # Errors
-    /// A sentence, if its records cannot be interpolated so.
+    /// What to set instead.
+    fn accepts(&self, _: &Interpolation) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    /// The function without records, for one shot, and its run-time rule. `how` says
+    /// how records will be interpolated and which seed keys random choices of them.
     fn function<'a>(
         &'a self,
-        frame: &'a Frame<'a>,
+        shot: &'a Shot<'a>,
         how: (Interpolation, u64),
-    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String>;
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup);
 
     /// A random estimate of the function at every sample, for the contender without records; its
     /// samples count passes.
-    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
+    fn estimator<'a>(&'a self, shot: &'a Shot<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a>;
 
     /// Whether images from records are noisy.
     fn is_noisy(&self) -> bool {
@@ -30,7 +36,7 @@ pub trait CachedTechnique: Technique {
     }
 
     /// Adds to an image made from records what is not in them and costs all contenders the same.
-    fn finish(&self, _: &Frame, _: &mut Rendered) {}
+    fn finish(&self, _: &Shot, _: &mut Rendered) {}
 }
 
 /// A shading point that becomes a record.

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 use super::{CachedFunction, RecordSite, select};
 use crate::cache::ShadingPoints;
 use crate::placement;
-use crate::technique::{Frame, Site, Stages};
+use crate::technique::{Shot, Site, Stages};
 use crate::trace::RayCounter;
 
 /// The records of a job while a refinement adds to them.
 pub(super) struct Growing<'a, 'f> {
     function: &'a mut (dyn CachedFunction + 'f),
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     points: &'a ShadingPoints,
     /// Of each point; empty if nothing is predicted.
     importance: Vec<Vec3>,
@@ -27,12 +27,12 @@ impl<'a, 'f> Growing<'a, 'f> {
     /// The records that a function holds.
     pub fn new(
         function: &'a mut (dyn CachedFunction + 'f),
-        frame: &'a Frame<'a>,
+        shot: &'a Shot<'a>,
         (points, counter): (&'a ShadingPoints, &'a RayCounter),
     ) -> Self {
         Self {
             function,
-            frame,
+            shot,
             points,
             importance: Vec::new(),
             counter,
@@ -43,8 +43,8 @@ impl<'a, 'f> Growing<'a, 'f> {
 
     /// Works out how much each point matters, which predictions need.
     pub fn weigh(&mut self) {
-        let (frame, function, points) = (self.frame, &*self.function, self.points);
-        let caster = || frame.tracer.caster(self.counter);
+        let (shot, function, points) = (self.shot, &*self.function, self.points);
+        let caster = || shot.tracer.caster(self.counter);
         self.importance = (0..points.len() as u32)
             .into_par_iter()
             .with_min_len(1024)

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::cache::{DistanceMetric, Ranking, SearchRule};
-use crate::technique::Frame;
+use crate::technique::Shot;
 
 /// The largest M: weights of a sample live on the stack.
 pub(super) const MOST_USED: usize = 32;
@@ -52,8 +52,8 @@ impl Lookup {
         Ok(())
     }
 
-    pub(super) fn rule(&self, frame: &Frame) -> SearchRule {
-        let (diagonal, metres) = (frame.scene.diagonal, frame.scene.metres_per_unit as f32);
+    pub(super) fn rule(&self, shot: &Shot) -> SearchRule {
+        let (diagonal, metres) = (shot.scene.diagonal, shot.scene.metres_per_unit as f32);
         SearchRule {
             candidates: self.candidates,
             used: self.used,

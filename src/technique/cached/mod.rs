@@ -1,12 +1,17 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
 use glam::Vec3;
+use toml::Table;
 
+use super::distribution::distributions;
+use super::per_sample::PER_SAMPLE;
 use super::{
-    Contender, Distribution, Frame, Method, PlacedRecord, Rendered, Site, Stages, per_sample,
-    shading_points,
+    Clock, Contender, ContenderEntry, Distribution, Listed, PlacedRecord, Rendered, Search, Shot,
+    Site, Stages, Started, Terms, shading_points,
 };
 use crate::cache::{Interpolation, RecordSearch, SearchRule, ShadingPoints};
+use crate::entry::ParameterError;
+use crate::image::Image;
 use crate::metric::pixel_errors;
 use crate::placement::{FirstStage, Records as _, Refinable};
 use crate::sample::hash;
@@ -20,75 +25,138 @@ mod shader;
 
 pub use function::{CachedFunction, CachedTechnique, RecordSite};
 pub use lookup::Lookup;
-pub use replay::replay;
 
 use growing::Growing;
 use shader::Shader;
 
-/// Renders a contender of a cached technique.
+/// What every cached technique compares beside distributions.
+pub static CONTENDERS: &[ContenderEntry<dyn CachedTechnique>] = &[PER_SAMPLE];
+
+/// Every contender of a cached technique.
+pub fn listed() -> Vec<Listed> {
+    let others = CONTENDERS.iter().map(ContenderEntry::listed);
+    distributions().into_iter().chain(others).collect()
+}
+
+/// Builds a contender of a cached technique: one of [`CONTENDERS`], or a distribution.
 ///
 /// # Errors
-/// A choice of settings without a reference.
-pub fn render(
-    technique: &dyn CachedTechnique,
-    frame: &Frame,
-    contender: &Contender,
-) -> Result<Rendered, String> {
-    match contender.method {
-        Method::Distribution(distribution) => {
-            render_distribution(technique, frame, contender, distribution)
+/// As [`super::Technique::start`].
+pub fn start<'a>(
+    technique: &'a (dyn CachedTechnique + 'static),
+    id: &str,
+    parameters: &Table,
+    terms: Terms,
+) -> Result<Started<'a>, ParameterError> {
+    if let Some(entry) = CONTENDERS.iter().find(|e| e.about.answers_to(id)) {
+        return entry.started(technique, parameters, terms);
+    }
+    let distribution = Distribution::new(id, parameters)?;
+    technique.accepts(&distribution.interpolation)?;
+    Ok(Started {
+        id: distribution.id.clone(),
+        parts: distribution.parts.clone(),
+        contender: Box::new(Distributed {
+            technique,
+            distribution,
+            terms,
+            picked: None,
+            search: Search::default(),
+        }),
+    })
+}
+
+/// Records placed by a distribution anew in each shot.
+struct Distributed<'a> {
+    technique: &'a dyn CachedTechnique,
+    distribution: Distribution,
+    terms: Terms,
+    /// The first stage with the settings that were picked by error, where the distribution leaves them open.
+    picked: Option<Box<dyn FirstStage>>,
+    /// What picking took, until it is told.
+    search: Search,
+}
+
+impl Contender for Distributed<'_> {
+    fn searches(&self) -> bool {
+        !self.distribution.first.candidates().is_empty()
+    }
+
+    /// Every setting is rendered and the one with the least squared error is kept. Of noisy images the setting is
+    /// picked with another seed, so that no contender gets the luckiest noise of several.
+    fn search(&mut self, shots: &[Shot], references: &[&Image]) -> Result<(), String> {
+        let clock = Clock::start();
+        let seed = match self.technique.is_noisy() {
+            true => hash(self.terms.seed),
+            false => self.terms.seed,
+        };
+        let mut best: Option<(f64, Box<dyn FirstStage>)> = None;
+        for first in self.distribution.first.candidates() {
+            let mut error = 0.0;
+            for (shot, reference) in shots.iter().zip(references) {
+                let mut rendered = self.setting(shot, first.as_ref(), seed).render()?;
+                shot.add_layer(&mut rendered.image);
+                self.search.rays += rendered.rays;
+                error += pixel_errors(reference, &rendered.image).mse;
+            }
+            if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, first));
+            }
         }
-        Method::PerSample(method) => per_sample::render(technique, frame, contender, method),
-        Method::EnvironmentSampler(id, _) => Err(format!("cached techniques do not take {id}")),
-        Method::OnDemand(_) => Err("records are made on demand for irradiance only".into()),
+        self.picked = best.map(|(_, first)| first);
+        self.search.seconds += clock.seconds().wall;
+        Ok(())
+    }
+
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        if self.searches() && self.picked.is_none() {
+            return Err(
+                "a per-scene choice of settings needs a reference; name one setting instead".into(),
+            );
+        }
+        let first = self.picked.as_ref().unwrap_or(&self.distribution.first);
+        let mut images = Vec::with_capacity(shots.len());
+        for shot in shots {
+            let mut rendered = self
+                .setting(shot, first.as_ref(), self.terms.seed)
+                .render()?;
+            if self.picked.is_some() {
+                rendered.notes.push(format!(
+                    "best of {} settings by RMSE against the reference; the search is not charged",
+                    self.distribution.first.candidates().len()
+                ));
+            }
+            rendered.search.add(std::mem::take(&mut self.search));
+            images.push(rendered);
+        }
+        Ok(images)
+    }
+
+    fn replay(&mut self, shot: &Shot, pixel: u32) -> Result<Vec<String>, String> {
+        let candidates = self.distribution.first.candidates();
+        let first = (self.picked.as_ref())
+            .or(candidates.first())
+            .unwrap_or(&self.distribution.first);
+        let setting = self.setting(shot, first.as_ref(), self.terms.seed);
+        replay::replay(&setting, pixel)
     }
 }
 
-/// Where the method leaves a setting to be picked by error, every setting is rendered and the one
-/// with the least RMSE against the reference is kept; the cost of the others is not charged, as in
-/// the paper. Of noisy images the setting is picked with another seed, so that no contender gets the
-/// luckiest noise of several.
-fn render_distribution(
-    technique: &dyn CachedTechnique,
-    frame: &Frame,
-    contender: &Contender,
-    distribution: &Distribution,
-) -> Result<Rendered, String> {
-    let candidates = distribution.first.candidates();
-    let job = (technique, frame, contender);
-    if candidates.is_empty() {
-        return render_setting(job, (distribution.first.as_ref(), distribution));
-    }
-    let reference = contender
-        .reference
-        .ok_or("a per-scene choice of settings needs a reference; name one setting instead")?;
-    let noisy = technique.is_noisy();
-    let trial = Contender {
-        seed: if noisy {
-            hash(contender.seed)
-        } else {
-            contender.seed
-        },
-        ..*contender
-    };
-    let mut best: Option<(f64, usize, Rendered)> = None;
-    for (index, first) in candidates.iter().enumerate() {
-        let trial = (technique, frame, &trial);
-        let rendered = render_setting(trial, (first.as_ref(), distribution))?;
-        let error = pixel_errors(reference, &rendered.image).mse;
-        if best.as_ref().is_none_or(|(least, _, _)| error < *least) {
-            best = Some((error, index, rendered));
+impl Distributed<'_> {
+    fn setting<'s>(
+        &'s self,
+        shot: &'s Shot<'s>,
+        first: &'s dyn FirstStage,
+        seed: u64,
+    ) -> Setting<'s> {
+        Setting {
+            technique: self.technique,
+            shot,
+            first,
+            distribution: &self.distribution,
+            terms: Terms { seed, ..self.terms },
         }
     }
-    let (_, index, mut rendered) = best.ok_or("no setting to choose from")?;
-    if noisy {
-        rendered = render_setting(job, (candidates[index].as_ref(), distribution))?;
-    }
-    rendered.notes.push(format!(
-        "best of {} settings by RMSE against the reference; the others are not charged",
-        candidates.len()
-    ));
-    Ok(rendered)
 }
 
 /// Finished records of one setting, ready to be looked up.
@@ -104,123 +172,131 @@ struct Records<'a> {
     rendered: Rendered,
 }
 
-/// What a setting is rendered for.
-type Job<'a> = (&'a dyn CachedTechnique, &'a Frame<'a>, &'a Contender<'a>);
-/// A first stage, and the distribution whose refinement and interpolation go with it.
-type Setting<'a> = (&'a dyn FirstStage, &'a Distribution);
-
-fn render_setting(job: Job, setting: Setting) -> Result<Rendered, String> {
-    let (technique, frame, _) = job;
-    let counter = RayCounter::default();
-    let mut records = place_and_evaluate(job, &counter, setting)?;
-    let mut rendered = std::mem::take(&mut records.rendered);
-    let (image, lookups, non_finite) = rendered.stages.time("rendering", || {
-        Shader {
-            frame,
-            records: &records,
-            counter: &counter,
-        }
-        .image()
-    });
-    let points = &records.points;
-    rendered.image = image;
-    rendered.lookups = lookups;
-    rendered.non_finite = non_finite + records.function.non_finite();
-    rendered.found.extend(records.function.found());
-    rendered.records = records
-        .sites
-        .iter()
-        .enumerate()
-        .map(|(i, &point)| PlacedRecord {
-            site: Site::of(points, point),
-            pixel: points.pixel[point as usize],
-            stage: u8::from(i >= records.first_count),
-        })
-        .collect();
-    rendered.rays = counter.read();
-    rendered.bytes_peak = records.function.bytes() + frame.tracer.bytes() + points.bytes();
-    technique.finish(frame, &mut rendered);
-    Ok(rendered)
+/// One shot under a distribution whose settings are all known.
+struct Setting<'a> {
+    technique: &'a dyn CachedTechnique,
+    shot: &'a Shot<'a>,
+    first: &'a dyn FirstStage,
+    /// Whose refinement and interpolation go with the first stage.
+    distribution: &'a Distribution,
+    terms: Terms,
 }
 
-/// Everything before the image: both stages of placement, evaluation and the search structure.
-fn place_and_evaluate<'a>(
-    (technique, frame, contender): Job<'a>,
-    counter: &RayCounter,
-    (first, distribution): Setting,
-) -> Result<Records<'a>, String> {
-    let interpolation = distribution.interpolation;
-    let (mut function, lookup) = technique.function(frame, (interpolation, contender.seed))?;
-    let refinement = distribution.refinement.as_deref();
-    let mut stages = Stages::default();
-    let points = stages.time("shading_points", || shading_points(frame, counter));
-    let kept = refinement.map_or(0.0, |r| r.ratio());
-    let refined = ((contender.budget as f64 * kept).round() as usize).min(contender.budget);
-    let placement = stages.time("placement", || {
-        first.place(&points, contender.budget - refined, contender.seed)
-    });
-    let mut rendered = Rendered {
-        found: placement.found,
-        notes: placement.notes,
-        ..Rendered::default()
-    };
-    let mut sites = placement.sites;
-    let first_count = sites.len();
-    stages.time("evaluation", || {
-        function.evaluate(&select(&points, &sites), counter);
-    });
-    let rule = |function: &dyn CachedFunction| {
-        let length = function.length().min(frame.scene.diagonal);
-        interpolation.rule(lookup.rule(frame), length)
-    };
-    if let Some(refinement) = refinement.filter(|_| refined > 0) {
-        let search = search_over(&points, &sites, rule(function.as_ref()));
-        let mut growing = Growing::new(function.as_mut(), frame, (&points, counter));
-        let mut whole = Stages::default();
-        let more = whole.time("refinement", || {
-            if refinement.predicts() {
-                growing.weigh();
+impl<'a> Setting<'a> {
+    fn render(&self) -> Result<Rendered, String> {
+        let shot = self.shot;
+        let counter = RayCounter::default();
+        let mut records = self.place_and_evaluate(&counter);
+        let mut rendered = std::mem::take(&mut records.rendered);
+        let (image, lookups, non_finite) = rendered.stages.time("rendering", || {
+            Shader {
+                shot,
+                records: &records,
+                counter: &counter,
             }
-            let mut input = Refinable {
-                points: &points,
-                sites: &sites,
-                search: &search,
-                power: interpolation.power(),
-                records: &mut growing,
-            };
-            refinement.refine(&mut input, refined, contender.seed)
+            .image()
         });
-        let (added, inside) = (growing.added, growing.stages.total());
-        stages.0.push(("refinement", whole.total() - inside));
-        growing.add(&more.sites[added..]);
-        stages
-            .0
-            .push(("refined_evaluation", growing.stages.total()));
-        rendered.discontinuity = more.map;
-        rendered.found.extend(more.found);
-        rendered.notes.extend(more.notes);
-        sites.extend(more.sites);
+        let points = &records.points;
+        rendered.image = image;
+        rendered.lookups = lookups;
+        rendered.non_finite = non_finite + records.function.non_finite();
+        rendered.found.extend(records.function.found());
+        rendered.records = records
+            .sites
+            .iter()
+            .enumerate()
+            .map(|(i, &point)| PlacedRecord {
+                site: Site::of(points, point),
+                pixel: points.pixel[point as usize],
+                stage: u8::from(i >= records.first_count),
+            })
+            .collect();
+        rendered.rays = counter.read();
+        rendered.bytes_cache = records.function.bytes() + records.search.bytes();
+        self.technique.finish(shot, &mut rendered);
+        Ok(rendered)
     }
-    if sites.len() != contender.budget {
-        rendered.notes.push(format!(
-            "{} records instead of {}: the view has {} shading points",
-            sites.len(),
-            contender.budget,
-            points.len()
-        ));
+
+    /// Everything before the image: both stages of placement, evaluation and the search structure.
+    fn place_and_evaluate(&self, counter: &RayCounter) -> Records<'a> {
+        let Self {
+            technique,
+            shot,
+            first,
+            distribution,
+            terms,
+        } = *self;
+        let interpolation = distribution.interpolation;
+        let (mut function, lookup) = technique.function(shot, (interpolation, terms.seed));
+        let refinement = distribution.refinement.as_deref();
+        let mut stages = Stages::default();
+        let points = stages.time("shading_points", || shading_points(shot, counter));
+        let kept = refinement.map_or(0.0, |r| r.ratio());
+        let refined = ((terms.budget as f64 * kept).round() as usize).min(terms.budget);
+        let placement = stages.time("placement", || {
+            first.place(&points, terms.budget - refined, terms.seed)
+        });
+        let mut rendered = Rendered {
+            found: placement.found,
+            notes: placement.notes,
+            ..Rendered::default()
+        };
+        let mut sites = placement.sites;
+        let first_count = sites.len();
+        stages.time("evaluation", || {
+            function.evaluate(&select(&points, &sites), counter);
+        });
+        let rule = |function: &dyn CachedFunction| {
+            let length = function.length().min(shot.scene.diagonal);
+            interpolation.rule(lookup.rule(shot), length)
+        };
+        if let Some(refinement) = refinement.filter(|_| refined > 0) {
+            let search = search_over(&points, &sites, rule(function.as_ref()));
+            let mut growing = Growing::new(function.as_mut(), shot, (&points, counter));
+            let mut whole = Stages::default();
+            let more = whole.time("refinement", || {
+                if refinement.predicts() {
+                    growing.weigh();
+                }
+                let mut input = Refinable {
+                    points: &points,
+                    sites: &sites,
+                    search: &search,
+                    power: interpolation.power(),
+                    records: &mut growing,
+                };
+                refinement.refine(&mut input, refined, terms.seed)
+            });
+            let (added, inside) = (growing.added, growing.stages.total());
+            stages.add("refinement", whole.total() - inside);
+            growing.add(&more.sites[added..]);
+            stages.add("refined_evaluation", growing.stages.total());
+            rendered.discontinuity = more.map;
+            rendered.found.extend(more.found);
+            rendered.notes.extend(more.notes);
+            sites.extend(more.sites);
+        }
+        if sites.len() != terms.budget {
+            rendered.notes.push(format!(
+                "{} records instead of {}: the view has {} shading points",
+                sites.len(),
+                terms.budget,
+                points.len()
+            ));
+        }
+        let rule = rule(function.as_ref());
+        let search = stages.time("search", || search_over(&points, &sites, rule));
+        rendered.stages = stages;
+        Records {
+            function,
+            interpolation,
+            search,
+            points,
+            sites,
+            first_count,
+            rendered,
+        }
     }
-    let rule = rule(function.as_ref());
-    let search = stages.time("search", || search_over(&points, &sites, rule));
-    rendered.stages = stages;
-    Ok(Records {
-        function,
-        interpolation,
-        search,
-        points,
-        sites,
-        first_count,
-        rendered,
-    })
 }
 
 fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<RecordSite> {

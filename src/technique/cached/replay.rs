@@ -1,34 +1,20 @@
 //! What went into one pixel.
 
-use super::{Job, place_and_evaluate};
+use super::Setting;
 use crate::cache::inverse_distance_weights;
-use crate::technique::{CachedTechnique, Contender, Frame, Method};
 use crate::trace::RayCounter;
 
 /// What went into one pixel (row-major index): its samples, the records each used, their distances,
 /// weights and values.
-pub fn replay(
-    technique: &dyn CachedTechnique,
-    frame: &Frame,
-    contender: &Contender,
-    pixel: u32,
-) -> Result<Vec<String>, String> {
-    let Method::Distribution(distribution) = contender.method else {
-        return Err(format!(
-            "{} has no records to replay",
-            contender.method.id()
-        ));
-    };
+pub(super) fn replay(setting: &Setting, pixel: u32) -> Result<Vec<String>, String> {
+    let shot = setting.shot;
     let counter = RayCounter::default();
-    let candidates = distribution.first.candidates();
-    let first = candidates.first().unwrap_or(&distribution.first).as_ref();
-    let job: Job = (technique, frame, contender);
-    let records = place_and_evaluate(job, &counter, (first, distribution))?;
-    let how = (frame.scene.diagonal, records.interpolation.power());
-    let caster = frame.tracer.caster(&counter);
+    let records = setting.place_and_evaluate(&counter);
+    let how = (shot.scene.diagonal, records.interpolation.power());
+    let caster = shot.tracer.caster(&counter);
     let mut lines = Vec::new();
-    for sample in 0..frame.spp {
-        let Some(seen) = frame.look(&caster, pixel, sample) else {
+    for sample in 0..shot.spp {
+        let Some(seen) = shot.look(&caster, pixel, sample) else {
             lines.push(format!(
                 "sample {sample}: background {:?}",
                 records.function.background()
@@ -38,7 +24,7 @@ pub fn replay(
         let site = seen.site;
         lines.push(format!(
             "sample {sample}: position {:?} normal {:?} depth {}",
-            (site.position.as_dvec3() + frame.scene.origin).to_array(),
+            (site.position.as_dvec3() + shot.scene.origin).to_array(),
             site.normal.to_array(),
             seen.depth
         ));
@@ -54,8 +40,8 @@ pub fn replay(
             lines.push(format!(
                 "  record {} at pixel {},{}: distance {:.6}, weight {weight:.4}, value {:?}",
                 neighbour.record,
-                pixel % frame.width,
-                pixel / frame.width,
+                pixel % shot.width,
+                pixel / shot.width,
                 neighbour.distance,
                 records
                     .function

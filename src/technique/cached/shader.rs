@@ -6,13 +6,13 @@ use super::Records;
 use super::lookup::MOST_USED;
 use crate::cache::inverse_distance_weights;
 use crate::image::Image;
-use crate::technique::frame::look_band;
-use crate::technique::{Frame, Seen};
+use crate::technique::shot::look_band;
+use crate::technique::{Seen, Shot};
 use crate::trace::RayCounter;
 
-/// Shades all samples of a frame from finished records.
+/// Shades all samples of a shot from finished records.
 pub(super) struct Shader<'a> {
-    pub frame: &'a Frame<'a>,
+    pub shot: &'a Shot<'a>,
     pub records: &'a Records<'a>,
     pub counter: &'a RayCounter,
 }
@@ -22,11 +22,11 @@ impl Shader<'_> {
     pub fn image(&self) -> (Image, u64, u64) {
         /// Rows that are gathered before their lookups: bounds memory at any resolution.
         const BAND: usize = 64;
-        let mut image = Image::new(self.frame.width, self.frame.height);
+        let mut image = Image::new(self.shot.width, self.shot.height);
         let (mut lookups, mut non_finite) = (0, 0);
-        for top in (0..self.frame.height).step_by(BAND) {
-            let bottom = (top + BAND).min(self.frame.height);
-            let samples = look_band(self.frame, self.counter, top..bottom, self.frame.spp);
+        for top in (0..self.shot.height).step_by(BAND) {
+            let bottom = (top + BAND).min(self.shot.height);
+            let samples = look_band(self.shot, self.counter, top..bottom, self.shot.spp);
             let values = self.values(&samples);
             lookups += samples.len() as u64;
             non_finite += self.film(top, &samples, &values, &mut image);
@@ -38,11 +38,8 @@ impl Shader<'_> {
         let positions: Vec<Vec3> = samples.iter().map(|s| s.site.position).collect();
         let normals: Vec<Vec3> = samples.iter().map(|s| s.site.normal).collect();
         let function = self.records.function.as_ref();
-        let how = (
-            self.frame.scene.diagonal,
-            self.records.interpolation.power(),
-        );
-        let caster = || self.frame.tracer.caster(self.counter);
+        let how = (self.shot.scene.diagonal, self.records.interpolation.power());
+        let caster = || self.shot.tracer.caster(self.counter);
         self.records.search.map_with(
             &positions,
             &normals,
@@ -57,8 +54,8 @@ impl Shader<'_> {
 
     /// Averages the samples of each pixel; background samples take the background's value.
     fn film(&self, top: usize, samples: &[Seen], values: &[[f32; 3]], image: &mut Image) -> u64 {
-        let width = self.frame.width;
-        let rows = (self.frame.height - top).min(64);
+        let width = self.shot.width;
+        let rows = (self.shot.height - top).min(64);
         let mut sums = vec![([0.0f64; 3], 0u32); rows * width];
         let mut non_finite = 0;
         for (sample, value) in samples.iter().zip(values) {
@@ -72,9 +69,9 @@ impl Shader<'_> {
         }
         let background = self.records.function.background();
         for (pixel, (sum, hits)) in image.pixels[top * width..].iter_mut().zip(&sums) {
-            let open = f64::from(self.frame.spp - hits);
+            let open = f64::from(self.shot.spp - hits);
             *pixel = std::array::from_fn(|c| {
-                ((sum[c] + open * f64::from(background[c])) / f64::from(self.frame.spp)) as f32
+                ((sum[c] + open * f64::from(background[c])) / f64::from(self.shot.spp)) as f32
             });
         }
         non_finite

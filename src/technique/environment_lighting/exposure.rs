@@ -12,8 +12,8 @@ const SEED: u64 = 0x6578_706f_7365;
 const SIDE: usize = 40;
 const SAMPLES: u32 = 64;
 
-/// The factor that gives the surfaces of the frame this mean luminance, as estimated at a grid of
-/// pixels; 1 for a dark frame. The cost is not charged to a contender.
+/// The factor that gives the surfaces of the shot this mean luminance, as estimated at a grid of
+/// pixels; 1 for a dark shot. The cost is not charged to a contender.
 pub(super) fn exposure(illumination: &Illumination, mean_luminance: f64) -> f32 {
     let scale = mean_luminance / surface_luminance(illumination);
     if scale.is_finite() && scale > 0.0 {
@@ -24,7 +24,7 @@ pub(super) fn exposure(illumination: &Illumination, mean_luminance: f64) -> f32 
 }
 
 fn surface_luminance(illumination: &Illumination) -> f64 {
-    let frame = illumination.frame;
+    let shot = illumination.shot;
     let samples = Samples {
         light: SAMPLES,
         surface: SAMPLES,
@@ -37,15 +37,15 @@ fn surface_luminance(illumination: &Illumination) -> f64 {
             .map(|i| (2 * i + 1) * length / (2 * count))
             .collect()
     };
-    let columns = centres(frame.width);
+    let columns = centres(shot.width);
     let counter = RayCounter::default();
-    let rows: Vec<(f64, u32)> = centres(frame.height)
+    let rows: Vec<(f64, u32)> = centres(shot.height)
         .into_par_iter()
         .map(|y| {
-            let caster = frame.tracer.caster(&counter);
+            let caster = shot.tracer.caster(&counter);
             let mut sum = (0.0, 0);
             for x in &columns {
-                let pixel = (y * frame.width + x) as u32;
+                let pixel = (y * shot.width + x) as u32;
                 if let Ok((at, seen)) = illumination.point(&caster, pixel, 0) {
                     let radiance = seen.throughput * estimator.radiance(&caster, &at, [pixel, 0]);
                     let value = f64::from(luminance(radiance.into()));

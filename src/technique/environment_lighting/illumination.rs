@@ -2,14 +2,14 @@
 
 use glam::Vec3;
 
-use super::super::{Frame, Seen};
+use super::super::{Seen, Shot};
 use crate::environment::{Environment, Light};
 use crate::shade::Interaction;
 use crate::trace::Caster;
 
-/// A frame, its materials and its map.
+/// A shot, its materials and its map.
 pub(super) struct Illumination<'a> {
-    pub frame: &'a Frame<'a>,
+    pub shot: &'a Shot<'a>,
     pub environment: &'a Environment,
     /// Factor on all radiance: the exposure.
     pub scale: f32,
@@ -27,18 +27,18 @@ pub(super) struct Parallel {
 }
 
 impl<'a> Illumination<'a> {
-    /// Unexposed; `None` without an environment.
-    pub fn new(frame: &'a Frame<'a>) -> Option<Self> {
+    /// With the shot's exposure; `None` without an environment.
+    pub fn new(shot: &'a Shot<'a>) -> Option<Self> {
         Some(Self {
-            frame,
-            environment: frame.scene.environment.as_ref()?,
-            scale: 1.0,
+            shot,
+            environment: shot.scene.environment.as_ref()?,
+            scale: shot.exposure,
         })
     }
 
     pub fn point(&self, caster: &Caster, pixel: u32, sample: u32) -> Point<'_> {
-        match self.frame.look_out(caster, pixel, sample) {
-            Ok(seen) => Ok((self.frame.surface(&seen), seen)),
+        match self.shot.look_out(caster, pixel, sample) {
+            Ok(seen) => Ok((self.shot.surface(&seen), seen)),
             Err(missed) => Err(missed.throughput * self.radiance(missed.direction)),
         }
     }
@@ -61,7 +61,7 @@ impl<'a> Illumination<'a> {
 
     /// Whether nothing lies between a surface and the map in a direction.
     pub fn sees(&self, caster: &Caster, at: &Interaction, direction: Vec3) -> bool {
-        !caster.occluded(&self.frame.paths.lights().spawn(at, direction))
+        !caster.occluded(&self.shot.paths.lights().spawn(at, direction))
     }
 
     /// Σ scattering · cosine · power · visibility; lights that the surface does not reflect cost no

@@ -13,15 +13,18 @@ mod rendering;
 mod replay;
 mod upsampling;
 
-use std::sync::{Mutex, PoisonError};
-
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
-use super::{Contender, Frame, Method, Rendered, ShadingFunction, Technique};
-use crate::entry::{About, Bias, Parameter, ParameterError};
-use crate::environment::EnvironmentSampler;
+use super::{
+    Contender, Listed, Rendered, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
+    Unit,
+};
+use crate::entry::{About, Bias, Parameter, ParameterError, check_keys};
+use crate::environment::{
+    ENVIRONMENT_SAMPLERS, EnvironmentSampler, SamplerEntry, environment_sampler,
+};
 use crate::scene::{Needs, Scene};
-use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::Caster;
 use illumination::Illumination;
 use multiple::{MultipleImportance, Samples};
@@ -76,12 +79,17 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     build: |table| {
         let parameters: Parameters = crate::entry::parameters(table)?;
         parameters.validate()?;
-        Ok(Box::new(EnvironmentLighting {
-            parameters,
-            exposure: Mutex::default(),
-        }))
+        Ok(Box::new(EnvironmentLighting { parameters }))
     },
-    contenders: Contenders::EnvironmentSamplers,
+    contenders: || {
+        let listed = |entry: &'static SamplerEntry| Listed {
+            id: entry.about.id.to_owned(),
+            parts: vec![&entry.about],
+        };
+        ENVIRONMENT_SAMPLERS.iter().map(listed).collect()
+    },
+    unit: Unit::Lights,
+    default_method: "decomposition",
     of_contenders: &[],
 };
 
@@ -138,49 +146,32 @@ impl Parameters {
 /// The technique `environment-lighting`.
 struct EnvironmentLighting {
     parameters: Parameters,
-    /// The exposure of the frame that was looked at last.
-    exposure: Mutex<Option<(String, f32)>>,
 }
 
 /// Keys the random numbers of the reference.
 const REFERENCE_SEED: u64 = 0x656e_7672_6566;
 
-impl EnvironmentLighting {
-    /// What all renderings of a frame share; `None` without an environment.
-    fn illumination<'a>(&self, frame: &'a Frame<'a>) -> Option<Illumination<'a>> {
-        let mut illumination = Illumination::new(frame)?;
-        if self.parameters.mean_luminance > 0.0 {
-            illumination.scale = self.exposure(&illumination);
-        }
-        Some(illumination)
+/// A sampler at work.
+struct Sampled<'a> {
+    technique: &'a EnvironmentLighting,
+    sampler: EnvironmentSampler,
+    terms: Terms,
+}
+
+impl Contender for Sampled<'_> {
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        let render = |shot| Ok(rendering::render(&illumination(shot)?, self));
+        shots.iter().map(render).collect()
     }
 
-    fn exposure(&self, illumination: &Illumination) -> f32 {
-        let key = illumination.frame.key();
-        let mut kept = self.exposure.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((of, scale)) = kept.as_ref()
-            && *of == key
-        {
-            return *scale;
-        }
-        let scale = exposure::exposure(illumination, self.parameters.mean_luminance);
-        *kept = Some((key, scale));
-        scale
+    fn replay(&mut self, shot: &Shot, pixel: u32) -> Result<Vec<String>, String> {
+        Ok(replay::replay(&illumination(shot)?, self, pixel))
     }
+}
 
-    fn prepare<'a>(
-        &self,
-        frame: &'a Frame<'a>,
-        contender: &'a Contender,
-    ) -> Result<(Illumination<'a>, &'a EnvironmentSampler), String> {
-        let Method::EnvironmentSampler(_, sampler) = contender.method else {
-            return Err("environment lighting takes samplers of environment maps".into());
-        };
-        let illumination = self
-            .illumination(frame)
-            .ok_or("the scene has no environment; name one with `environment`")?;
-        Ok((illumination, sampler))
-    }
+fn illumination<'a>(shot: &'a Shot<'a>) -> Result<Illumination<'a>, String> {
+    Illumination::new(shot)
+        .ok_or_else(|| "the scene has no environment; name one with `environment`".into())
 }
 
 impl Technique for EnvironmentLighting {
@@ -191,11 +182,11 @@ impl Technique for EnvironmentLighting {
         }
     }
 
-    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+    fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a> {
         let parameters = &self.parameters;
         Box::new(Exact {
-            illumination: self.illumination(frame),
-            spp: frame.spp,
+            illumination: Illumination::new(shot),
+            spp: shot.spp,
             samples: Samples {
                 light: parameters
                     .reference_samples
@@ -238,24 +229,41 @@ impl Technique for EnvironmentLighting {
         1 + 2 * u64::from(reference_samples.div_ceil(reference_passes))
     }
 
-    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        let (illumination, sampler) = self.prepare(frame, contender)?;
-        rendering::render(&illumination, &self.parameters, (sampler, contender))
+    fn exposure(&self, first: &Shot) -> f32 {
+        match Illumination::new(first) {
+            Some(illumination) if self.parameters.mean_luminance > 0.0 => {
+                exposure::exposure(&illumination, self.parameters.mean_luminance)
+            }
+            _ => 1.0,
+        }
     }
 
-    fn replay(
-        &self,
-        frame: &Frame,
-        contender: &Contender,
-        pixel: u32,
-    ) -> Result<Vec<String>, String> {
-        let (illumination, sampler) = self.prepare(frame, contender)?;
-        Ok(replay::replay(
-            &illumination,
-            &self.parameters,
-            (sampler, contender),
-            pixel,
-        ))
+    fn start<'a>(
+        &'a self,
+        id: &str,
+        parameters: &Table,
+        terms: Terms,
+    ) -> Result<Started<'a>, ParameterError> {
+        let entry = environment_sampler(id).ok_or_else(|| {
+            let known: Vec<&str> = ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id).collect();
+            ParameterError {
+                key: Some("id".into()),
+                message: format!(
+                    "no sampler of environment maps is called `{id}`; known: {}",
+                    known.join(", ")
+                ),
+            }
+        })?;
+        check_keys(parameters, &[&entry.about])?;
+        Ok(Started {
+            id: entry.about.id.to_owned(),
+            parts: vec![&entry.about],
+            contender: Box::new(Sampled {
+                technique: self,
+                sampler: (entry.build)(parameters)?,
+                terms,
+            }),
+        })
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) fn indirect_cost(
     if reduction == 1 {
         return 1.0;
     }
-    let grid = Grid::new(illumination.frame, reduction, 0);
+    let grid = Grid::new(illumination.shot, reduction, 0);
     let features = features(illumination, &look(illumination, counter, 0));
     let low = vec![Vec3::ZERO; grid.pixels().count()];
     let carried = upsample(&grid, (&features, &low), rays);
@@ -37,14 +37,14 @@ pub(super) fn indirect_cost(
 }
 
 fn look(illumination: &Illumination, counter: &RayCounter, sample: u32) -> Vec<Option<Seen>> {
-    let frame = illumination.frame;
-    let mut seen = vec![None; frame.pixels()];
-    seen.par_chunks_mut(frame.width)
+    let shot = illumination.shot;
+    let mut seen = vec![None; shot.pixels()];
+    seen.par_chunks_mut(shot.width)
         .enumerate()
         .for_each(|(y, row)| {
-            let caster = frame.tracer.caster(counter);
+            let caster = shot.tracer.caster(counter);
             for (x, out) in row.iter_mut().enumerate() {
-                *out = frame.look(&caster, (y * frame.width + x) as u32, sample);
+                *out = shot.look(&caster, (y * shot.width + x) as u32, sample);
             }
         });
     seen
@@ -54,7 +54,7 @@ fn features(illumination: &Illumination, seen: &[Option<Seen>]) -> Vec<Option<Fe
     seen.par_iter()
         .map(|seen| {
             let seen = seen.as_ref()?;
-            Some(Feature::new(&illumination.frame.surface(seen), seen.depth))
+            Some(Feature::new(&illumination.shot.surface(seen), seen.depth))
         })
         .collect()
 }
@@ -81,11 +81,11 @@ struct Shaded {
 impl Reduced<'_> {
     /// Fills in the image and what there is to tell.
     pub fn render(&self, reduction: usize, rendered: &mut Rendered) {
-        let frame = self.illumination.frame;
-        let mut sums = vec![Vec3::ZERO; frame.pixels()];
+        let shot = self.illumination.shot;
+        let mut sums = vec![Vec3::ZERO; shot.pixels()];
         let mut gaps = 0u64;
-        for sample in 0..frame.spp {
-            let grid = Grid::new(frame, reduction, sample);
+        for sample in 0..shot.spp {
+            let grid = Grid::new(shot, reduction, sample);
             let (seen, shaded) = rendered
                 .stages
                 .time("rendering", || self.shade(&grid, sample));
@@ -104,18 +104,18 @@ impl Reduced<'_> {
             for ((sum, own), carried) in sums.iter_mut().zip(&shaded).zip(&carried) {
                 let value = own.direct + *carried;
                 if value.is_finite() {
-                    *sum += value / frame.spp as f32;
+                    *sum += value / shot.spp as f32;
                 } else {
                     rendered.non_finite += 1;
                 }
             }
         }
         rendered.image = Image {
-            width: frame.width,
-            height: frame.height,
+            width: shot.width,
+            height: shot.height,
             pixels: sums.into_iter().map(Into::into).collect(),
         };
-        let samples = frame.pixels() as f64 * f64::from(frame.spp);
+        let samples = shot.pixels() as f64 * f64::from(shot.spp);
         rendered
             .found
             .push(("upsampling_fallbacks", gaps as f64 / samples));
@@ -124,15 +124,15 @@ impl Reduced<'_> {
     /// Direct light of every pixel, and indirect light of those on the grid.
     fn shade(&self, grid: &Grid, sample: u32) -> (Vec<Option<Seen>>, Vec<Shaded>) {
         let illumination = self.illumination;
-        let frame = illumination.frame;
-        let mut pixels = vec![(None, Shaded::default()); frame.pixels()];
+        let shot = illumination.shot;
+        let mut pixels = vec![(None, Shaded::default()); shot.pixels()];
         pixels
-            .par_chunks_mut(frame.width)
+            .par_chunks_mut(shot.width)
             .enumerate()
             .for_each(|(y, row)| {
-                let caster = frame.tracer.caster(self.counter);
+                let caster = shot.tracer.caster(self.counter);
                 for (x, (seen_there, out)) in row.iter_mut().enumerate() {
-                    let pixel = (y * frame.width + x) as u32;
+                    let pixel = (y * shot.width + x) as u32;
                     let (at, seen) = match illumination.point(&caster, pixel, sample) {
                         Ok(surface) => surface,
                         Err(radiance) => {
@@ -155,20 +155,20 @@ impl Reduced<'_> {
 
     /// Indirect light of all pixels: what was carried to them, or else shaded there.
     fn fill_gaps(&self, seen: &[Option<Seen>], carried: &[Option<Vec3>], sample: u32) -> Vec<Vec3> {
-        let frame = self.illumination.frame;
+        let shot = self.illumination.shot;
         let sets = &self.sets[1];
         carried
             .par_iter()
             .zip(seen)
             .enumerate()
             .map_init(
-                || frame.tracer.caster(self.counter),
+                || shot.tracer.caster(self.counter),
                 |caster, (pixel, (value, seen))| match (value, seen) {
                     (_, None) => Vec3::ZERO,
                     (Some(value), Some(seen)) => seen.throughput * *value,
                     (None, Some(seen)) => {
-                        let at = self.illumination.frame.surface(seen);
-                        let position = [pixel % frame.width, pixel / frame.width];
+                        let at = self.illumination.shot.surface(seen);
+                        let position = [pixel % shot.width, pixel / shot.width];
                         let lights = &sets[set_of(position, sample, sets.len())];
                         seen.throughput * self.illumination.lit(caster, &at, lights)
                     }

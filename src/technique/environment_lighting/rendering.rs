@@ -3,32 +3,29 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::super::{Contender, Rendered, Stages};
-use super::Parameters;
+use super::super::{Rendered, Stages, Terms};
 use super::illumination::{Illumination, Parallel};
 use super::multiple::{MultipleImportance, Samples};
 use super::product;
 use super::reduced::{Reduced, indirect_cost};
+use super::{Parameters, Sampled};
 use crate::environment::{EnvironmentSampler, LightKind, LightSampler, LightSet};
 use crate::image::Image;
 use crate::trace::{Caster, RayCounter};
 
 /// Renders a contender whose budget is shadow rays per shading point.
-pub(super) fn render(
-    illumination: &Illumination,
-    parameters: &Parameters,
-    (sampler, contender): (&EnvironmentSampler, &Contender),
-) -> Result<Rendered, String> {
+pub(super) fn render(illumination: &Illumination, job: &Sampled) -> Rendered {
+    let terms = &job.terms;
     let counter = RayCounter::default();
-    let mut rendered = match sampler {
+    let mut rendered = match &job.sampler {
         EnvironmentSampler::PerPoint(mis) => {
-            let rays = contender.budget as u32;
+            let rays = terms.budget as u32;
             let samples = Samples {
                 light: rays.div_ceil(2),
                 surface: rays / 2,
                 stratified: mis.stratified,
             };
-            let estimator = MultipleImportance::new(illumination, samples, contender.seed)
+            let estimator = MultipleImportance::new(illumination, samples, terms.seed)
                 .compensated(mis.compensated);
             let mut stages = Stages::default();
             let (image, non_finite) = stages.time("rendering", || {
@@ -51,18 +48,17 @@ pub(super) fn render(
             }
         }
         EnvironmentSampler::Product(parameters) => {
-            product::render(illumination, (parameters, contender), &counter)
+            product::render(illumination, (parameters, terms), &counter)
         }
         EnvironmentSampler::Lights(sampler) => Global {
             illumination,
-            parameters,
+            parameters: &job.technique.parameters,
             counter: &counter,
         }
-        .render(sampler.as_ref(), contender),
+        .render(sampler.as_ref(), terms),
     };
     rendered.rays = counter.read();
-    rendered.bytes_peak = illumination.frame.tracer.bytes() + illumination.environment.bytes();
-    Ok(rendered)
+    rendered
 }
 
 /// Averages the sub-pixel samples of every pixel; returns the number of non-finite ones, which are
@@ -72,22 +68,22 @@ fn film(
     counter: &RayCounter,
     radiance: &(dyn Fn(&Caster, u32, u32) -> Vec3 + Sync),
 ) -> (Image, u64) {
-    let frame = illumination.frame;
-    let mut image = Image::new(frame.width, frame.height);
+    let shot = illumination.shot;
+    let mut image = Image::new(shot.width, shot.height);
     let non_finite = image
         .pixels
-        .par_chunks_mut(frame.width)
+        .par_chunks_mut(shot.width)
         .enumerate()
         .map(|(y, row)| {
-            let caster = frame.tracer.caster(counter);
+            let caster = shot.tracer.caster(counter);
             let mut non_finite = 0;
             for (x, value) in row.iter_mut().enumerate() {
-                let pixel = (y * frame.width + x) as u32;
+                let pixel = (y * shot.width + x) as u32;
                 let mut sum = Vec3::ZERO;
-                for sample in 0..frame.spp {
+                for sample in 0..shot.spp {
                     let value = radiance(&caster, pixel, sample);
                     if value.is_finite() {
-                        sum += value / frame.spp as f32;
+                        sum += value / shot.spp as f32;
                     } else {
                         non_finite += 1;
                     }
@@ -116,21 +112,21 @@ struct Global<'a> {
 }
 
 impl Global<'_> {
-    fn render(&self, sampler: &dyn LightSampler, contender: &Contender) -> Rendered {
+    fn render(&self, sampler: &dyn LightSampler, terms: &Terms) -> Rendered {
         let map = self.illumination.environment;
         let mut rendered = Rendered::default();
         let cost = rendered.stages.time("upsampling", || {
-            let how = (sampler.reduction(), contender.budget);
+            let how = (sampler.reduction(), terms.budget);
             indirect_cost(self.illumination, how, self.counter)
         });
         let (set, versions) = rendered.stages.time("light_generation", || {
-            let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
+            let set = sampler.lights_within(map, (terms.budget, cost), terms.seed);
             let Parameters {
                 interleaved_sets,
                 perturbation,
                 ..
             } = *self.parameters;
-            let versions = set.interleaved(interleaved_sets, perturbation, contender.seed);
+            let versions = set.interleaved(interleaved_sets, perturbation, terms.seed);
             (set, versions)
         });
         let of_kind = |low: bool| -> Vec<Vec<Parallel>> {
@@ -156,7 +152,7 @@ impl Global<'_> {
             Reduced {
                 illumination: self.illumination,
                 counter: self.counter,
-                rays: contender.budget,
+                rays: terms.budget,
                 sets: [full, low],
             }
             .render(sampler.reduction(), &mut rendered);
@@ -166,7 +162,7 @@ impl Global<'_> {
     }
 
     fn full_resolution(&self, sets: &[Vec<Parallel>]) -> (Image, u64) {
-        let width = self.illumination.frame.width;
+        let width = self.illumination.shot.width;
         film(
             self.illumination,
             self.counter,
@@ -183,6 +179,7 @@ impl Global<'_> {
 }
 
 fn describe(rendered: &mut Rendered, set: LightSet) {
+    rendered.bytes_cache = size_of_val(set.lights.as_slice());
     rendered.found.extend(set.found.iter().copied());
     rendered.notes.extend(set.notes.iter().cloned());
     rendered.lights = Some(set);

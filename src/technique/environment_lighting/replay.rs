@@ -1,7 +1,6 @@
 //! What went into one pixel.
 
-use super::super::Contender;
-use super::Parameters;
+use super::Sampled;
 use super::illumination::Illumination;
 use super::reduced::indirect_cost;
 use super::rendering::set_of;
@@ -10,17 +9,12 @@ use crate::trace::RayCounter;
 
 /// A line for each camera sample and each light that reaches its surface. Indirect lights are
 /// replayed at full resolution.
-pub(super) fn replay(
-    illumination: &Illumination,
-    parameters: &Parameters,
-    (sampler, contender): (&EnvironmentSampler, &Contender),
-    pixel: u32,
-) -> Vec<String> {
-    let frame = illumination.frame;
+pub(super) fn replay(illumination: &Illumination, job: &Sampled, pixel: u32) -> Vec<String> {
+    let shot = illumination.shot;
     let counter = RayCounter::default();
-    let caster = frame.tracer.caster(&counter);
+    let caster = shot.tracer.caster(&counter);
     let mut lines = vec![format!("exposure {}", illumination.scale)];
-    let sets = match sampler {
+    let sets = match &job.sampler {
         EnvironmentSampler::PerPoint(mis) => {
             lines.push(format!("samples drawn at every point: {mis:?}"));
             Vec::new()
@@ -31,14 +25,15 @@ pub(super) fn replay(
         }
         EnvironmentSampler::Lights(sampler) => {
             let map = illumination.environment;
-            let how = (sampler.reduction(), contender.budget);
+            let how = (sampler.reduction(), job.terms.budget);
             let cost = indirect_cost(illumination, how, &counter);
-            let set = sampler.lights_within(map, (contender.budget, cost), contender.seed);
+            let set = sampler.lights_within(map, (job.terms.budget, cost), job.terms.seed);
+            let parameters = &job.technique.parameters;
             let sets = parameters.interleaved_sets;
-            set.interleaved(sets, parameters.perturbation, contender.seed)
+            set.interleaved(sets, parameters.perturbation, job.terms.seed)
         }
     };
-    for sample in 0..frame.spp {
+    for sample in 0..shot.spp {
         let (at, seen) = match illumination.point(&caster, pixel, sample) {
             Err(radiance) => {
                 lines.push(format!("sample {sample}: background {radiance}"));
@@ -48,11 +43,11 @@ pub(super) fn replay(
         };
         lines.push(format!(
             "sample {sample}: position {:?} normal {} depth {}",
-            (at.position.as_dvec3() + frame.scene.origin).to_array(),
+            (at.position.as_dvec3() + shot.scene.origin).to_array(),
             at.shading_normal,
             seen.depth
         ));
-        let [x, y] = [pixel as usize % frame.width, pixel as usize / frame.width];
+        let [x, y] = [pixel as usize % shot.width, pixel as usize / shot.width];
         let Some(lights) = sets.get(set_of([x, y], sample, sets.len().max(1))) else {
             continue;
         };

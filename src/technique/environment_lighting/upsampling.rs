@@ -8,7 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::super::Frame;
+use super::super::Shot;
 use crate::shade::Interaction;
 use crate::shade::bsdf::Model;
 
@@ -29,8 +29,8 @@ pub(super) struct Grid {
 
 impl Grid {
     /// Sub-pixel samples start at different offsets.
-    pub fn new(frame: &Frame, step: usize, sample: u32) -> Self {
-        let [width, height] = [frame.width, frame.height];
+    pub fn new(shot: &Shot, step: usize, sample: u32) -> Self {
+        let [width, height] = [shot.width, shot.height];
         let sample = sample as usize;
         let offset = [
             (sample % step).min(width - 1),

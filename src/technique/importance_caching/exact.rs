@@ -7,7 +7,7 @@ use super::records::receiver;
 use crate::image::Image;
 use crate::sample::Rng;
 use crate::shade::{Gathering, VirtualLights};
-use crate::technique::{Frame, ShadingFunction, each_pixel};
+use crate::technique::{ShadingFunction, Shot, each_pixel};
 use crate::trace::{Caster, RayCounter};
 
 /// Keys the choice of lights without records.
@@ -15,13 +15,13 @@ const STREAM: u64 = 0x6f6e_656c_6967;
 
 /// The reference: all lights at every sample.
 pub struct AllLights<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     lights: VirtualLights<'a>,
 }
 
 impl<'a> AllLights<'a> {
-    pub fn new(frame: &'a Frame<'a>, lights: VirtualLights<'a>) -> Self {
-        Self { frame, lights }
+    pub fn new(shot: &'a Shot<'a>, lights: VirtualLights<'a>) -> Self {
+        Self { shot, lights }
     }
 }
 
@@ -35,12 +35,12 @@ impl ShadingFunction for AllLights<'_> {
         let mut gathering = Gathering::default();
         let mut broken = 0;
         let unsound = each_pixel(first_pixel, out, |pixel| {
-            let Some(seen) = self.frame.look(caster, pixel, sample) else {
-                return background(self.frame, caster, (pixel, sample));
+            let Some(seen) = self.shot.look(caster, pixel, sample) else {
+                return background(self.shot, caster, (pixel, sample));
             };
-            let to = receiver(self.frame, &seen);
+            let to = receiver(self.shot, &seen);
             let (sum, non_finite) = self.lights.sum(caster, &to, &mut gathering);
-            let emitted = self.frame.paths.lights().emitted(&to.at);
+            let emitted = self.shot.paths.lights().emitted(&to.at);
             broken += non_finite;
             (emitted + sum) * seen.throughput
         });
@@ -50,7 +50,7 @@ impl ShadingFunction for AllLights<'_> {
 
 /// The contender without records: one light at random, by its power.
 pub struct OneLight<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     lights: VirtualLights<'a>,
     /// Running sums of the lights' powers.
     sums: Vec<f64>,
@@ -58,7 +58,7 @@ pub struct OneLight<'a> {
 }
 
 impl<'a> OneLight<'a> {
-    pub fn new(frame: &'a Frame<'a>, lights: VirtualLights<'a>, seed: u64) -> Self {
+    pub fn new(shot: &'a Shot<'a>, lights: VirtualLights<'a>, seed: u64) -> Self {
         let powers = lights.powers();
         let sums = powers
             .iter()
@@ -68,7 +68,7 @@ impl<'a> OneLight<'a> {
             })
             .collect();
         Self {
-            frame,
+            shot,
             lights,
             sums,
             seed,
@@ -97,14 +97,14 @@ impl ShadingFunction for OneLight<'_> {
         (first_pixel, pass): (u32, u32),
         out: &mut [[f32; 3]],
     ) -> u64 {
-        let frame = self.frame;
+        let shot = self.shot;
         each_pixel(first_pixel, out, |pixel| {
-            let sample = pass % frame.spp;
-            let Some(seen) = frame.look(caster, pixel, sample) else {
-                return background(frame, caster, (pixel, sample));
+            let sample = pass % shot.spp;
+            let Some(seen) = shot.look(caster, pixel, sample) else {
+                return background(shot, caster, (pixel, sample));
             };
-            let to = receiver(frame, &seen);
-            let mut sum = frame.paths.lights().emitted(&to.at);
+            let to = receiver(shot, &seen);
+            let mut sum = shot.paths.lights().emitted(&to.at);
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(pass));
             if let Some((light, factor)) = self.choose(&mut rng) {
                 let lit = self.lights.unoccluded(&to, light);
@@ -118,28 +118,26 @@ impl ShadingFunction for OneLight<'_> {
 }
 
 /// The environment where a camera sample sees no surface, through mirrors and glass as well.
-fn background(frame: &Frame, caster: &Caster, (pixel, sample): (u32, u32)) -> Vec3 {
-    match frame.look_out(caster, pixel, sample) {
+fn background(shot: &Shot, caster: &Caster, (pixel, sample): (u32, u32)) -> Vec3 {
+    match shot.look_out(caster, pixel, sample) {
         Ok(_) => Vec3::ZERO,
-        Err(missed) => missed.throughput * frame.paths.lights().environment(missed.direction),
+        Err(missed) => missed.throughput * shot.paths.lights().environment(missed.direction),
     }
 }
 
 /// Adds the environment to an image of surfaces.
-pub fn add_background(frame: &Frame, image: &mut Image) {
-    if frame.scene.environment.is_none() {
+pub fn add_background(shot: &Shot, image: &mut Image) {
+    if shot.scene.environment.is_none() {
         return;
     }
     let counter = RayCounter::default();
-    let rows = image.pixels.par_chunks_mut(frame.width).enumerate();
+    let rows = image.pixels.par_chunks_mut(shot.width).enumerate();
     rows.for_each(|(y, row)| {
-        let caster = frame.tracer.caster(&counter);
-        for (pixel, value) in (y as u32 * frame.width as u32..).zip(row) {
-            let samples = (0..frame.spp).filter(|&s| frame.look(&caster, pixel, s).is_none());
-            let sum: Vec3 = samples
-                .map(|s| background(frame, &caster, (pixel, s)))
-                .sum();
-            *value = (Vec3::from(*value) + sum / frame.spp as f32).into();
+        let caster = shot.tracer.caster(&counter);
+        for (pixel, value) in (y as u32 * shot.width as u32..).zip(row) {
+            let samples = (0..shot.spp).filter(|&s| shot.look(&caster, pixel, s).is_none());
+            let sum: Vec3 = samples.map(|s| background(shot, &caster, (pixel, s))).sum();
+            *value = (Vec3::from(*value) + sum / shot.spp as f32).into();
         }
     });
 }

@@ -24,18 +24,19 @@ mod records;
 mod tests;
 
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use self::distributions::Distributions;
 use self::estimator::{Heuristic, KINDS, Rule};
 use self::records::{ImportanceRecords, Settings};
-use super::cached::CachedTechnique;
+use super::cached::{self, CachedTechnique};
 use super::paths::{LayerPaths, RAYS_PER_SAMPLE, indirect};
-use super::{CachedFunction, Frame, Lookup, Rendered, ShadingFunction, Technique};
+use super::{CachedFunction, Lookup, Rendered, ShadingFunction, Shot, Technique};
+use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::scene::{Needs, Scene};
 use crate::shade::{VirtualLights, VplOptions};
-use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::RayCounter;
 
 /// The registry's entry.
@@ -121,7 +122,9 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         let technique = ImportanceCaching::new(crate::entry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
-    contenders: Contenders::Distributions,
+    contenders: cached::listed,
+    unit: Unit::Caches,
+    default_method: "VGC+DGS",
     of_contenders: &["heuristic", "alpha", "bound_radius", "lookup"],
 };
 
@@ -216,8 +219,8 @@ impl ImportanceCaching {
         Ok(Self { parameters })
     }
 
-    /// No records yet, of a frame.
-    fn records<'a>(&self, frame: &'a Frame<'a>, seed: u64) -> ImportanceRecords<'a> {
+    /// No records yet, of a shot.
+    fn records<'a>(&self, shot: &'a Shot<'a>, seed: u64) -> ImportanceRecords<'a> {
         let rule = Rule {
             heuristic: self.parameters.heuristic,
             alpha: self.parameters.alpha,
@@ -228,19 +231,19 @@ impl ImportanceCaching {
             bound_radius: self.parameters.bound_radius,
             seed,
         };
-        ImportanceRecords::new(frame, self.lights(frame), settings)
+        ImportanceRecords::new(shot, self.lights(shot), settings)
     }
 
-    /// The lights of a frame: a function of the scene and the technique's own seed.
-    fn lights<'a>(&self, frame: &'a Frame<'a>) -> VirtualLights<'a> {
+    /// The lights of a shot: a function of the scene and the technique's own seed.
+    fn lights<'a>(&self, shot: &'a Shot<'a>) -> VirtualLights<'a> {
         let options = VplOptions {
             count: self.parameters.lights,
             seed: self.parameters.seed,
-            max_depth: frame.scene.max_depth,
+            max_depth: shot.scene.max_depth,
             clamp: self.parameters.clamp,
         };
         // A few rays for each light, the same for all contenders: not charged.
-        VirtualLights::new(&frame.paths, &options, &RayCounter::default())
+        VirtualLights::new(&shot.paths, &options, &RayCounter::default())
     }
 }
 
@@ -248,11 +251,11 @@ impl ImportanceCaching {
 const REFERENCE_SEED: u64 = 0;
 
 /// All light, path traced.
-fn paths<'a>(frame: &'a Frame<'a>, seed: u64) -> LayerPaths<'a> {
+fn paths<'a>(shot: &'a Shot<'a>, seed: u64) -> LayerPaths<'a> {
     LayerPaths {
-        frame,
+        shot,
         direct: true,
-        indirect: Some(indirect(frame)),
+        indirect: Some(indirect(shot)),
         seed,
     }
 }
@@ -262,10 +265,10 @@ impl Technique for ImportanceCaching {
         Needs::ALL
     }
 
-    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
+    fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a> {
         match self.parameters.reference {
-            Reference::Lights => Box::new(exact::AllLights::new(frame, self.lights(frame))),
-            Reference::Paths => Box::new(paths(frame, REFERENCE_SEED)),
+            Reference::Lights => Box::new(exact::AllLights::new(shot, self.lights(shot))),
+            Reference::Paths => Box::new(paths(shot, REFERENCE_SEED)),
         }
     }
 
@@ -299,31 +302,41 @@ impl Technique for ImportanceCaching {
         Distributions::bytes_per_record(self.parameters.lights) as u64
     }
 
-    fn cached(&self) -> Option<&dyn CachedTechnique> {
-        Some(self)
+    fn start<'a>(
+        &'a self,
+        id: &str,
+        parameters: &Table,
+        terms: Terms,
+    ) -> Result<Started<'a>, ParameterError> {
+        cached::start(self, id, parameters, terms)
     }
 }
 
 impl CachedTechnique for ImportanceCaching {
-    fn function<'a>(
-        &'a self,
-        frame: &'a Frame<'a>,
-        (interpolation, seed): (Interpolation, u64),
-    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
-        if interpolation.gradient().is_some() {
-            return Err(
-                "importance caching samples by its records and interpolates no values: \
-                        set interpolation = \"inverse-distance\""
-                    .into(),
-            );
+    fn accepts(&self, interpolation: &Interpolation) -> Result<(), ParameterError> {
+        if interpolation.gradient().is_none() {
+            return Ok(());
         }
-        Ok((Box::new(self.records(frame, seed)), self.parameters.lookup))
+        Err(ParameterError {
+            key: Some("interpolation".into()),
+            message: "importance caching samples by its records and interpolates no values: set \
+                      interpolation = \"inverse-distance\""
+                .into(),
+        })
     }
 
-    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
+    fn function<'a>(
+        &'a self,
+        shot: &'a Shot<'a>,
+        (_, seed): (Interpolation, u64),
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
+        (Box::new(self.records(shot, seed)), self.parameters.lookup)
+    }
+
+    fn estimator<'a>(&'a self, shot: &'a Shot<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
         match self.parameters.reference {
-            Reference::Lights => Box::new(exact::OneLight::new(frame, self.lights(frame), seed)),
-            Reference::Paths => Box::new(paths(frame, seed)),
+            Reference::Lights => Box::new(exact::OneLight::new(shot, self.lights(shot), seed)),
+            Reference::Paths => Box::new(paths(shot, seed)),
         }
     }
 
@@ -331,9 +344,9 @@ impl CachedTechnique for ImportanceCaching {
         true
     }
 
-    fn finish(&self, frame: &Frame, rendered: &mut Rendered) {
-        exact::add_background(frame, &mut rendered.image);
-        if frame.paths.lights().is_dark() {
+    fn finish(&self, shot: &Shot, rendered: &mut Rendered) {
+        exact::add_background(shot, &mut rendered.image);
+        if shot.paths.lights().is_dark() {
             let note = "nothing shines in this scene: all images are black";
             rendered.notes.push(note.into());
         }

@@ -9,7 +9,7 @@ use crate::cache::{Neighbour, RecordSearch, SearchRule};
 use crate::image::luminance;
 use crate::sample::Rng;
 use crate::shade::{Gathering, Neighbourhood, Receiver, VirtualLights};
-use crate::technique::{CachedFunction, Frame, Lookup, RecordSite, Seen, Site};
+use crate::technique::{CachedFunction, Lookup, RecordSite, Seen, Shot, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// Keys the choice of lights at camera samples.
@@ -17,7 +17,7 @@ const STREAM: u64 = 0x696d_6361_6368;
 
 /// The records of one job.
 pub struct ImportanceRecords<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     pub(super) lights: VirtualLights<'a>,
     pub(super) table: Distributions,
     pub(super) settings: Settings,
@@ -43,9 +43,9 @@ struct Scratch {
 }
 
 impl<'a> ImportanceRecords<'a> {
-    pub fn new(frame: &'a Frame<'a>, lights: VirtualLights<'a>, settings: Settings) -> Self {
+    pub fn new(shot: &'a Shot<'a>, lights: VirtualLights<'a>, settings: Settings) -> Self {
         Self {
-            frame,
+            shot,
             table: Distributions::new(lights.len()),
             lights,
             settings,
@@ -61,7 +61,7 @@ impl<'a> ImportanceRecords<'a> {
         let rule = SearchRule::spatial(self.settings.lookup.used + 1);
         let search = RecordSearch::new(positions, normals, rule);
         let radius = |_, found: &[Neighbour]| match found {
-            [] | [_] => self.frame.scene.diagonal,
+            [] | [_] => self.shot.scene.diagonal,
             [.., last] => last.distance * self.settings.bound_radius,
         };
         search.map(&positions[first..], &normals[first..], radius)
@@ -73,10 +73,10 @@ impl<'a> ImportanceRecords<'a> {
         (mut record, site, radius): (RecordMut, &RecordSite, f32),
         scratch: &mut Scratch,
     ) {
-        let Some(seen) = self.frame.look(caster, site.pixel, 0) else {
+        let Some(seen) = self.shot.look(caster, site.pixel, 0) else {
             return;
         };
-        let to = receiver(self.frame, &seen);
+        let to = receiver(self.shot, &seen);
         let [full, unoccluded, bounded] = &mut scratch.values;
         full.fill(0.0);
         unoccluded.fill(0.0);
@@ -102,8 +102,8 @@ impl<'a> ImportanceRecords<'a> {
 }
 
 /// A camera sample as a receiver of light.
-pub fn receiver<'a>(frame: &'a Frame, seen: &Seen) -> Receiver<'a> {
-    Receiver::new(frame.surface(seen), frame.scene.diagonal)
+pub fn receiver<'a>(shot: &'a Shot, seen: &Seen) -> Receiver<'a> {
+    Receiver::new(shot.surface(seen), shot.scene.diagonal)
 }
 
 impl CachedFunction for ImportanceRecords<'_> {
@@ -127,7 +127,7 @@ impl CachedFunction for ImportanceRecords<'_> {
                         values: std::array::from_fn(|_| vec![0.0; lights]),
                         gathering: Gathering::default(),
                     };
-                    (this.frame.tracer.caster(counter), scratch)
+                    (this.shot.tracer.caster(counter), scratch)
                 },
                 |(caster, scratch), (record, (site, &radius))| {
                     this.fill(caster, (record, site, radius), scratch);
@@ -146,12 +146,12 @@ impl CachedFunction for ImportanceRecords<'_> {
     }
 
     fn length(&self) -> f32 {
-        self.frame.scene.diagonal
+        self.shot.scene.diagonal
     }
 
     fn shade(&self, caster: &Caster, seen: &Seen, (found, _): (&[Neighbour], &[f32])) -> [f32; 3] {
-        let to = receiver(self.frame, seen);
-        let mut sum = self.frame.paths.lights().emitted(&to.at);
+        let to = receiver(self.shot, seen);
+        let mut sum = self.shot.paths.lights().emitted(&to.at);
         let mut near = [0u32; 32];
         let near = &mut near[..found.len()];
         for (record, neighbour) in near.iter_mut().zip(found) {

@@ -13,8 +13,7 @@ use crate::scene::{
 };
 use crate::shade::Gathering;
 use crate::technique::{
-    CachedFunction, Contender, Film, Frame, Method, Passes, RecordSite, Seen, Technique,
-    reference_pass,
+    CachedFunction, Choice, Film, Passes, RecordSite, Seen, Shot, Technique, Terms, reference_pass,
 };
 use crate::trace::{RayCounter, Tracer};
 
@@ -22,7 +21,7 @@ const WIDTH: usize = 16;
 const HEIGHT: usize = 12;
 
 /// A view of a scene, small.
-fn with_frame<T>(description: &SceneDescription, look: impl FnOnce(&Frame) -> T) -> T {
+fn with_frame<T>(description: &SceneDescription, look: impl FnOnce(&Shot) -> T) -> T {
     let scene = Scene::build(description, Needs::ALL).expect("a scene");
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
     let film = Film {
@@ -30,7 +29,7 @@ fn with_frame<T>(description: &SceneDescription, look: impl FnOnce(&Frame) -> T)
         height: HEIGHT,
         spp: 1,
     };
-    look(&Frame::new((&scene, &tracer), &scene.views[0], film))
+    look(&Shot::new((&scene, &tracer), &scene.views[0], film))
 }
 
 fn technique(parameters: &str) -> ImportanceCaching {
@@ -46,12 +45,12 @@ fn technique(parameters: &str) -> ImportanceCaching {
 fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: usize) -> usize {
     const DRAWS: u32 = 1500;
     let technique = technique(parameters);
-    with_frame(description, |frame| {
+    with_frame(description, |shot| {
         let name = format!("{} {parameters}", description.name);
         let counter = RayCounter::default();
-        let caster = frame.tracer.caster(&counter);
-        let seen: Vec<Seen> = (0..frame.pixels() as u32)
-            .filter_map(|pixel| frame.look(&caster, pixel, 0))
+        let caster = shot.tracer.caster(&counter);
+        let seen: Vec<Seen> = (0..shot.pixels() as u32)
+            .filter_map(|pixel| shot.look(&caster, pixel, 0))
             .collect();
         let sites: Vec<RecordSite> = seen
             .iter()
@@ -61,11 +60,11 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
                 pixel: seen.pixel,
             })
             .collect();
-        let mut records = technique.records(frame, 7);
+        let mut records = technique.records(shot, 7);
         records.evaluate(&sites, &counter);
         let mut with_empty = 0;
         for seen in seen.iter().skip(spacing / 2).step_by(13) {
-            let to = receiver(frame, seen);
+            let to = receiver(shot, seen);
             let mut values = vec![0.0; records.lights.len()];
             let mut add = |light: usize, value: Vec3, visible: bool| {
                 values[light] = if visible {
@@ -92,7 +91,7 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
                 "{name}: {mean} {exact}"
             );
             let weights = vec![1.0 / near.len() as f32; near.len()];
-            let emitted = luminance(frame.paths.lights().emitted(&to.at).into());
+            let emitted = luminance(shot.paths.lights().emitted(&to.at).into());
             let mut sum = 0.0;
             for sample in 0..DRAWS {
                 // Another sample number draws other lights.
@@ -156,20 +155,22 @@ fn images(
     (method, caches, seeds): (&str, usize, u64),
 ) -> (Image, Vec<Image>) {
     let technique = technique(FEW);
-    with_frame(description, |frame| {
-        let function = technique.shading_function(frame);
+    with_frame(description, |shot| {
+        let function = technique.shading_function(shot);
         let counter = RayCounter::default();
-        let (reference, broken) = reference_pass(function.as_ref(), frame, 0, &counter);
+        let (reference, broken) = reference_pass(function.as_ref(), shot, 0, &counter);
         assert_eq!(broken, 0, "{}", description.name);
-        let method = Method::new(&ENTRY, method, &Table::new()).expect("a method");
         let contender = |seed| {
-            let contender = Contender {
-                method: &method,
-                budget: caches,
-                seed,
-                reference: Some(&reference),
+            let choice = Choice {
+                method,
+                parameters: &Table::new(),
+                terms: Terms {
+                    budget: caches,
+                    seed,
+                },
             };
-            let rendered = technique.render(frame, &contender).expect("an image");
+            let rendered = choice.still(&technique, shot, Some(&reference));
+            let rendered = rendered.expect("an image");
             assert_eq!(rendered.non_finite, 0, "{}", description.name);
             let values = rendered.image.pixels.iter().flatten();
             assert!(values.clone().all(|v| v.is_finite() && *v >= 0.0));
@@ -357,10 +358,10 @@ fn a_reference_of_paths_is_the_mean_of_path_tracing_and_close_to_the_lights() {
     let scene = room(grey(), [0.6, 10.0]);
     let technique = technique("lights = 4000\nreference = \"paths\"\nreference_passes = 1000");
     assert!(technique.reference_is_random());
-    with_frame(&scene, |frame| {
-        let function = technique.shading_function(frame);
+    with_frame(&scene, |shot| {
+        let function = technique.shading_function(shot);
         let counter = RayCounter::default();
-        let mut passes = Passes::new(frame, function.as_ref());
+        let mut passes = Passes::new(shot, function.as_ref());
         for _ in 0..technique.reference_samples(1) {
             passes.add(&counter);
         }
@@ -368,15 +369,17 @@ fn a_reference_of_paths_is_the_mean_of_path_tracing_and_close_to_the_lights() {
         let reference = passes.mean();
         let contenders = |method: &str, table: &str, seeds: u64| {
             let table: Table = table.parse().expect("toml");
-            let method = Method::new(&ENTRY, method, &table).expect("a method");
-            let contender = |seed| Contender {
-                method: &method,
-                budget: 20,
-                seed,
-                reference: None,
+            let contender = |seed| Choice {
+                method,
+                parameters: &table,
+                terms: Terms { budget: 20, seed },
             };
             (1..=seeds)
-                .map(|seed| technique.render(frame, &contender(seed)).expect("an image"))
+                .map(|seed| {
+                    contender(seed)
+                        .still(&technique, shot, None)
+                        .expect("an image")
+                })
                 .map(|rendered| rendered.image)
                 .collect()
         };

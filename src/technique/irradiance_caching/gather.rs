@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::sample::{Frame as LocalFrame, Rng};
 use crate::shade::Depths;
-use crate::technique::{Frame, Site};
+use crate::technique::{Shot, Site};
 use crate::trace::{Caster, Hit, Ray, offset_origin};
 
 /// Keys the paths of records.
@@ -12,7 +12,7 @@ const STREAM: u64 = 0x6972_7261_6469;
 
 /// Traces the gathering rays of records.
 pub struct Gatherer<'a> {
-    pub frame: &'a Frame<'a>,
+    pub shot: &'a Shot<'a>,
     /// Equal-area grid over the hemisphere about +z.
     pub directions: &'a [Vec3],
     /// Paths from the record's surface on.
@@ -39,14 +39,14 @@ impl Gatherer<'_> {
     ) -> Gathered {
         let local = LocalFrame::from_normal(site.normal);
         let directions: Vec<Vec3> = self.directions.iter().map(|d| local.to_world(*d)).collect();
-        let rays = cast(self.frame, caster, site, &directions);
+        let rays = cast(self.shot, caster, site, &directions);
         let item = u64::from(item[0]) << 32 | u64::from(item[1]);
         let mut sum = DVec3::ZERO;
         let mut non_finite = 0;
         for (i, (ray, direction)) in rays.into_iter().zip(self.directions).enumerate() {
             let mut rng = Rng::new(self.seed, STREAM, item, i as u64);
             let distance = travelled(&ray);
-            let paths = &self.frame.paths;
+            let paths = &self.shot.paths;
             let radiance = paths.follow(caster, ray, &mut rng, self.depths);
             if radiance.is_finite() {
                 sum += radiance.as_dvec3() * f64::from(direction.z);
@@ -67,7 +67,7 @@ impl Gatherer<'_> {
 /// Rays that leave a site in the given directions, each on the side it points to as a path's does, and what they meet
 /// first. Those of a side share their origin and are cast together.
 pub fn cast(
-    frame: &Frame,
+    shot: &Shot,
     caster: &Caster,
     site: &Site,
     directions: &[Vec3],
@@ -80,7 +80,7 @@ pub fn cast(
         } else {
             site.geometric_normal
         };
-        let origin = offset_origin(site.position, side, frame.scene.diagonal);
+        let origin = offset_origin(site.position, side, shot.scene.diagonal);
         let (places, ways): (Vec<usize>, Vec<Vec3>) = directions
             .iter()
             .enumerate()

@@ -14,10 +14,10 @@ mod panorama;
 mod records;
 
 use std::f32::consts::FRAC_1_PI;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use self::gather::Gatherer;
 use self::panorama::Panoramas;
@@ -25,15 +25,14 @@ use self::records::IrradianceRecords;
 use super::cached::{self, CachedTechnique};
 use super::paths::{Layer, LayerPaths, RAYS_PER_SAMPLE, indirect};
 use super::{
-    CachedFunction, Contender, Frame, Lookup, Method, Passes, Rendered, Seen, ShadingFunction,
-    Technique,
+    CachedFunction, ContenderEntry, Lookup, Passes, Seen, ShadingFunction, Shot, Technique,
 };
+use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::image::Image;
 use crate::sample::equal_area_hemisphere;
 use crate::scene::{Needs, Scene};
-use crate::technique::{Contenders, TechniqueEntry};
 use crate::trace::RayCounter;
 
 /// The registry's entry.
@@ -44,7 +43,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         aliases: &["irradiance", "ic"],
         summary: "indirect light interpolated from records of irradiance",
         source: "Ward et al. 1988 with records placed beforehand and the run-time rule of Wu & \
-                 Shen, sections 3.3 and 4.1. Readings: hemisphere grid in a frame of the normal \
+                 Shen, sections 3.3 and 4.1. Readings: hemisphere grid in a shot of the normal \
                  alone, next-event estimation at the hits, the scene's max_depth",
         bias: Bias::Consistent,
         version: 1,
@@ -88,9 +87,18 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         let technique = IrradianceCaching::new(crate::entry::parameters(table)?)?;
         Ok(Box::new(technique))
     },
-    contenders: Contenders::Distributions,
+    contenders: || {
+        let mut listed = cached::listed();
+        listed.extend(CONTENDERS.iter().map(ContenderEntry::listed));
+        listed
+    },
+    unit: Unit::Caches,
+    default_method: "VGC+DGS",
     of_contenders: &["lookup"],
 };
+
+/// What irradiance caching compares beside what every cached technique does.
+static CONTENDERS: &[ContenderEntry<IrradianceCaching>] = &[on_demand::ENTRY];
 
 /// Parameters of the technique, shared by reference and contenders.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -117,8 +125,6 @@ impl Default for Parameters {
 struct IrradianceCaching {
     parameters: Parameters,
     directions: Vec<Vec3>,
-    /// The direct layer of the frame that was rendered last, with what it shows.
-    direct: Mutex<Option<(String, Arc<Image>)>>,
 }
 
 /// Seed of the reference.
@@ -142,45 +148,22 @@ impl IrradianceCaching {
         Ok(Self {
             directions: equal_area_hemisphere(parameters.side),
             parameters,
-            direct: Mutex::new(None),
         })
     }
 
-    fn paths<'a>(&self, frame: &'a Frame<'a>, seed: u64) -> LayerPaths<'a> {
+    fn paths<'a>(&self, shot: &'a Shot<'a>, seed: u64) -> LayerPaths<'a> {
         LayerPaths {
-            frame,
+            shot,
             direct: self.parameters.layer == Layer::Global,
-            indirect: Some(indirect(frame)),
+            indirect: Some(indirect(shot)),
             seed,
         }
-    }
-
-    /// Emission and direct light: the same estimate, pass by pass, as in the reference.
-    fn direct_layer(&self, frame: &Frame, counter: &RayCounter) -> Arc<Image> {
-        let key = frame.key();
-        let mut kept = self.direct.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((of, image)) = kept.as_ref()
-            && *of == key
-        {
-            return image.clone();
-        }
-        let function = LayerPaths {
-            indirect: None,
-            ..self.paths(frame, REFERENCE_SEED)
-        };
-        let mut passes = Passes::new(frame, &function);
-        for _ in 0..self.reference_samples(frame.spp) {
-            passes.add(counter);
-        }
-        let image = Arc::new(passes.mean());
-        *kept = Some((key, image.clone()));
-        image
     }
 }
 
 /// Light that a camera sample gets from indirect irradiance at what it sees: `ρ(ω) E / π`.
-fn reflected(frame: &Frame, seen: &Seen, irradiance: Vec3) -> Vec3 {
-    seen.throughput * frame.surface(seen).directional_albedo() * irradiance * FRAC_1_PI
+fn reflected(shot: &Shot, seen: &Seen, irradiance: Vec3) -> Vec3 {
+    seen.throughput * shot.surface(seen).directional_albedo() * irradiance * FRAC_1_PI
 }
 
 impl Technique for IrradianceCaching {
@@ -188,8 +171,8 @@ impl Technique for IrradianceCaching {
         Needs::ALL
     }
 
-    fn shading_function<'a>(&'a self, frame: &'a Frame<'a>) -> Box<dyn ShadingFunction + 'a> {
-        Box::new(self.paths(frame, REFERENCE_SEED))
+    fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(self.paths(shot, REFERENCE_SEED))
     }
 
     fn exposure_stops(&self, scene: &Scene) -> f32 {
@@ -219,47 +202,55 @@ impl Technique for IrradianceCaching {
         RAYS_PER_SAMPLE
     }
 
-    fn cached(&self) -> Option<&dyn CachedTechnique> {
-        Some(self)
+    fn start<'a>(
+        &'a self,
+        id: &str,
+        parameters: &Table,
+        terms: Terms,
+    ) -> Result<Started<'a>, ParameterError> {
+        match CONTENDERS.iter().find(|e| e.about.answers_to(id)) {
+            Some(entry) => entry.started(self, parameters, terms),
+            None => cached::start(self, id, parameters, terms),
+        }
     }
 
-    fn render(&self, frame: &Frame, contender: &Contender) -> Result<Rendered, String> {
-        if let Method::OnDemand(method) = contender.method {
-            let gathering = (method, indirect(frame), self.directions.len());
-            let mut rendered = on_demand::render(frame, contender, gathering);
-            self.finish(frame, &mut rendered);
-            return Ok(rendered);
+    /// Emission and direct light: the same estimate, pass by pass, as in the reference.
+    fn shared_layer(&self, shot: &Shot) -> Option<Image> {
+        if self.parameters.layer == Layer::Indirect {
+            return None;
         }
-        cached::render(self, frame, contender)
+        let function = LayerPaths {
+            indirect: None,
+            ..self.paths(shot, REFERENCE_SEED)
+        };
+        let mut passes = Passes::new(shot, &function);
+        for _ in 0..self.reference_samples(shot.spp) {
+            passes.add(&RayCounter::default());
+        }
+        Some(passes.mean())
     }
 }
 
 impl CachedTechnique for IrradianceCaching {
     fn function<'a>(
         &'a self,
-        frame: &'a Frame<'a>,
+        shot: &'a Shot<'a>,
         (interpolation, seed): (Interpolation, u64),
-    ) -> Result<(Box<dyn CachedFunction + 'a>, Lookup), String> {
+    ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
         let gatherer = Gatherer {
-            frame,
+            shot,
             directions: &self.directions,
-            depths: indirect(frame),
+            depths: indirect(shot),
             seed,
         };
         let records = IrradianceRecords::new(gatherer, interpolation.gradient());
-        Ok((Box::new(records), self.parameters.lookup))
+        (Box::new(records), self.parameters.lookup)
     }
 
-    fn estimator<'a>(&'a self, frame: &'a Frame<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
-        Box::new(self.paths(frame, seed))
-    }
-
-    fn finish(&self, frame: &Frame, rendered: &mut Rendered) {
-        if self.parameters.layer == Layer::Global {
-            let direct = self.direct_layer(frame, &RayCounter::default());
-            for (pixel, light) in rendered.image.pixels.iter_mut().zip(&direct.pixels) {
-                (0..3).for_each(|c| pixel[c] += light[c]);
-            }
-        }
+    fn estimator<'a>(&'a self, shot: &'a Shot<'a>, seed: u64) -> Box<dyn ShadingFunction + 'a> {
+        Box::new(LayerPaths {
+            direct: false,
+            ..self.paths(shot, seed)
+        })
     }
 }

@@ -27,7 +27,7 @@ pub struct Panoramas {
     block: usize,
     /// Row by row and record by record: radiance, and nearness per scene unit.
     blocks: Vec<Vec4>,
-    frames: Vec<LocalFrame>,
+    shots: Vec<LocalFrame>,
     /// Blocks nearer than 10⁻⁴ of the scene's diagonal count as that near.
     nearest: f32,
 }
@@ -39,7 +39,7 @@ impl Panoramas {
             side,
             block: side.div_ceil(BLOCKS).max(1),
             blocks: Vec::new(),
-            frames: Vec::new(),
+            shots: Vec::new(),
             nearest: 1e4 / diagonal,
         }
     }
@@ -96,7 +96,7 @@ impl Panoramas {
     /// Appends a record with this unit normal.
     pub fn add(&mut self, normal: Vec3, blocks: &[Vec4]) {
         self.blocks.extend_from_slice(blocks);
-        self.frames.push(LocalFrame::from_normal(normal));
+        self.shots.push(LocalFrame::from_normal(normal));
     }
 
     /// Radiance that a record of this mean radiance knows of in a unit direction, `step` away from it.
@@ -113,7 +113,7 @@ impl Panoramas {
     fn lookup(&self, record: u32, direction: Vec3) -> Vec4 {
         let width = self.width();
         let blocks = &self.blocks[record as usize * width * width..][..width * width];
-        let local = self.frames[record as usize].to_local(direction);
+        let local = self.shots[record as usize].to_local(direction);
         let [x, y] = hemisphere_to_square(local).map(|u| {
             let at = (u * width as f32 - 0.5).clamp(0.0, (width - 1) as f32);
             let low = (at as usize).min(width.saturating_sub(2));
@@ -131,7 +131,7 @@ impl Panoramas {
 
     /// Bytes held by the records.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.blocks[..]) + size_of_val(&self.frames[..])
+        size_of_val(&self.blocks[..]) + size_of_val(&self.shots[..])
     }
 }
 

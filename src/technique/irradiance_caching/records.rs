@@ -46,7 +46,7 @@ impl<'a> IrradianceRecords<'a> {
     /// No records yet; with a `gradient` they will know how irradiance changes, and light by direction.
     pub fn new(gatherer: Gatherer<'a>, gradient: Option<Gradient>) -> Self {
         let side = gatherer.directions.len().isqrt();
-        let diagonal = gatherer.frame.scene.diagonal;
+        let diagonal = gatherer.shot.scene.diagonal;
         let panoramas = Panoramas::new(side, diagonal);
         Self {
             directional: gradient.map(|rule| Directional {
@@ -100,7 +100,7 @@ impl<'a> IrradianceRecords<'a> {
         seen: &Seen,
         (irradiance, found): (Vec3, (&[Neighbour], &[f32])),
     ) -> Vec3 {
-        let at = self.gatherer.frame.surface(seen);
+        let at = self.gatherer.shot.surface(seen);
         let mut light = at.base_albedo() * irradiance * FRAC_1_PI;
         for (direction, weight) in at.reflections() {
             let radiance = self.interpolate(&seen.site, found, |record| {
@@ -127,7 +127,7 @@ impl CachedFunction for IrradianceRecords<'_> {
             .par_chunks_mut(directions)
             .zip(sites)
             .map(|(luminances, record)| {
-                let caster = gatherer.frame.tracer.caster(counter);
+                let caster = gatherer.shot.tracer.caster(counter);
                 let mut seen = Vec::new();
                 let item = [record.pixel, u32::MAX];
                 let gathered = gatherer.gather(&caster, (&record.site, item), |i, light, t| {
@@ -178,9 +178,9 @@ impl CachedFunction for IrradianceRecords<'_> {
     }
 
     fn importance(&self, caster: &Caster, of: &RecordSite) -> Vec3 {
-        let frame = self.gatherer.frame;
-        let seen = frame.look(caster, of.pixel, 0);
-        seen.map_or(Vec3::ZERO, |seen| reflected(frame, &seen, Vec3::ONE))
+        let shot = self.gatherer.shot;
+        let seen = shot.look(caster, of.pixel, 0);
+        seen.map_or(Vec3::ZERO, |seen| reflected(shot, &seen, Vec3::ONE))
     }
 
     /// The median of the records' harmonic mean distances; without any, a tenth of the diagonal.
@@ -192,7 +192,7 @@ impl CachedFunction for IrradianceRecords<'_> {
             .filter(|length| length.is_finite() && *length > 0.0)
             .collect();
         if lengths.is_empty() {
-            return 0.1 * self.gatherer.frame.scene.diagonal;
+            return 0.1 * self.gatherer.shot.scene.diagonal;
         }
         let middle = lengths.len() / 2;
         *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
@@ -205,7 +205,7 @@ impl CachedFunction for IrradianceRecords<'_> {
             &self.directional,
         ) {
             (Some(irradiance), Some(known)) => self.directional(known, seen, (irradiance, found)),
-            (Some(irradiance), None) => reflected(self.gatherer.frame, seen, irradiance),
+            (Some(irradiance), None) => reflected(self.gatherer.shot, seen, irradiance),
             (None, _) => {
                 self.misses.fetch_add(1, Ordering::Relaxed);
                 let item = [seen.pixel, seen.sample];
@@ -214,7 +214,7 @@ impl CachedFunction for IrradianceRecords<'_> {
                     .gather(caster, (&seen.site, item), |_, _, _| ());
                 self.non_finite
                     .fetch_add(gathered.non_finite, Ordering::Relaxed);
-                reflected(self.gatherer.frame, seen, gathered.irradiance)
+                reflected(self.gatherer.shot, seen, gathered.irradiance)
             }
         };
         light.into()

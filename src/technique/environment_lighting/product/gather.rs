@@ -50,7 +50,7 @@ struct Scratch {
 
 impl Gather<'_> {
     pub fn fill(&self, film: &mut Film, counter: &RayCounter) {
-        let tracer = self.illumination.frame.tracer;
+        let tracer = self.illumination.shot.tracer;
         film.bands(ROWS).into_par_iter().for_each(|mut band| {
             let caster = tracer.caster(counter);
             self.fill_band(&caster, &mut band);
@@ -160,7 +160,7 @@ impl Gather<'_> {
         let together =
             directions.len() >= self.bundle && directions.iter().all(|d| d.dot(side) > 0.0);
         if together {
-            let lights = self.illumination.frame.paths.lights();
+            let lights = self.illumination.shot.paths.lights();
             let start = lights.spawn(surface, directions[0]);
             occluded.clear();
             occluded.resize(directions.len().div_ceil(64), 0);

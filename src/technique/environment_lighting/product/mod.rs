@@ -15,7 +15,7 @@ mod tests;
 
 use glam::Vec3;
 
-use super::super::{Contender, Rendered};
+use super::super::{Rendered, Terms};
 use super::illumination::Illumination;
 use crate::environment::TexelLights;
 use crate::environment::product_ratio::ProductRatio;
@@ -28,27 +28,27 @@ use irradiance::Irradiance;
 use lights::LightArrays;
 use numbers::PixelNumbers;
 
-/// Renders a contender.
+/// Renders a terms.
 pub(super) fn render(
     illumination: &Illumination,
-    (parameters, contender): (&ProductRatio, &Contender),
+    (parameters, terms): (&ProductRatio, &Terms),
     counter: &RayCounter,
 ) -> Rendered {
-    let frame = illumination.frame;
+    let shot = illumination.shot;
     let mut rendered = Rendered::default();
     let (lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
         let generate = match parameters.unbiased {
             true => TexelLights::with_texels,
             false => TexelLights::new,
         };
-        let lights = generate(illumination.environment, parameters.lights, contender.seed);
+        let lights = generate(illumination.environment, parameters.lights, terms.seed);
         let arrays = LightArrays::new(&lights, illumination.scale);
         let irradiance = Irradiance::new(&arrays);
         (lights, arrays, irradiance)
     });
-    let mut sums = vec![Vec3::ZERO; frame.pixels()];
-    let mut film = Film::new([frame.width, frame.height], parameters);
-    for sample in 0..frame.spp {
+    let mut sums = vec![Vec3::ZERO; shot.pixels()];
+    let mut film = Film::new([shot.width, shot.height], parameters);
+    for sample in 0..shot.spp {
         let gather = Gather {
             illumination,
             lights: &lights,
@@ -58,8 +58,8 @@ pub(super) fn render(
                 true => Detail::All,
                 false => Detail::Highlights(parameters.detail),
             },
-            numbers: PixelNumbers::new((contender.seed, parameters.jitter), sample),
-            rays: contender.budget,
+            numbers: PixelNumbers::new((terms.seed, parameters.jitter), sample),
+            rays: terms.budget,
             sample,
             bundle: parameters.bundle,
             unbiased: parameters.unbiased,
@@ -68,18 +68,19 @@ pub(super) fn render(
             .stages
             .time("rendering", || gather.fill(&mut film, counter));
         rendered.stages.time("filtering", || {
-            rendered.non_finite += filter::resolve(&film, parameters, contender.budget, &mut sums);
+            rendered.non_finite += filter::resolve(&film, parameters, terms.budget, &mut sums);
         });
     }
     rendered.image = Image {
-        width: frame.width,
-        height: frame.height,
+        width: shot.width,
+        height: shot.height,
         pixels: sums
             .into_iter()
-            .map(|sum| (sum / frame.spp as f32).into())
+            .map(|sum| (sum / shot.spp as f32).into())
             .collect(),
     };
     rendered.found.extend(lights.set.found.iter().copied());
+    rendered.bytes_cache = lights.bytes() + size_of_val(lights.set.lights.as_slice());
     rendered.lights = Some(lights.set);
     rendered
 }

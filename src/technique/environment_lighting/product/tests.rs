@@ -10,7 +10,7 @@ use super::terms::Terms;
 use crate::environment::{Environment, EnvironmentOptions, TexelLights, embedded_map};
 use crate::image::luminance;
 use crate::scene::{Needs, Scene, find_scene};
-use crate::technique::{Film, Frame};
+use crate::technique::{Film, Shot};
 use crate::trace::{RayCounter, Tracer};
 
 /// Calls `look` with the lights of a map and scattering at points of a scene.
@@ -28,12 +28,12 @@ fn at_points(map: &str, count: usize, mut look: impl FnMut(&LightArrays, &Irradi
         height: 12,
         spp: 1,
     };
-    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
     let mut points = 0;
-    for seen in (0..frame.pixels() as u32).filter_map(|pixel| frame.look(&caster, pixel, 0)) {
-        let surface = frame.surface(&seen);
+    for seen in (0..shot.pixels() as u32).filter_map(|pixel| shot.look(&caster, pixel, 0)) {
+        let surface = shot.surface(&seen);
         look(&arrays, &irradiance, &Terms::new(&surface));
         points += 1;
     }

@@ -18,20 +18,22 @@ use serde::Deserialize;
 
 use self::record::{Evaluator, Record, Strata};
 use self::store::{Metric, Placed, Store};
-use super::reflected;
+use super::{IrradianceCaching, reflected};
 use crate::cache::{
     DistanceMetric, NO_POINT, Neighbour, RecordSearch, SearchRule, ShadingPoints,
     inverse_distance_weights,
 };
 use crate::entry::{About, Bias, Parameter, parameters};
 use crate::image::Image;
-use crate::shade::Depths;
-use crate::technique::MethodEntry;
-use crate::technique::{Contender, Frame, Method, PlacedRecord, Rendered, Site, shading_points};
+use crate::technique::paths::indirect;
+use crate::technique::{
+    Clock, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Shot, Site, Stages, Terms,
+    shading_points,
+};
 use crate::trace::{RayCounter, RayCounts};
 
 /// The registry's entry.
-pub const ENTRY: MethodEntry = MethodEntry {
+pub(super) const ENTRY: ContenderEntry<IrradianceCaching> = ContenderEntry {
     about: About {
         id: "on-demand",
         module: include_str!("mod.rs"),
@@ -67,8 +69,13 @@ pub const ENTRY: MethodEntry = MethodEntry {
             },
         ],
     },
-    techniques: &["irradiance-caching"],
-    build: |table| Ok(Method::OnDemand(parameters(table)?)),
+    start: |technique, table, terms| {
+        Ok(Box::new(Job {
+            technique,
+            method: parameters(table)?,
+            terms,
+        }))
+    },
 };
 
 /// Parameters of the method.
@@ -97,59 +104,88 @@ const ERRORS: [f32; 2] = [0.02, 4.0];
 /// Distances in pixels at which the overture looks for missing records, one pass each.
 const STRIDES: [usize; 4] = [8, 4, 2, 1];
 
-/// Renders the contender. `depths` are the gathering paths, `rays` those of a record.
-pub(super) fn render(
-    frame: &Frame,
-    contender: &Contender,
-    (method, depths, rays): (&OnDemand, Depths, usize),
-) -> Rendered {
-    let counter = RayCounter::default();
-    let mut rendered = Rendered::default();
-    let mut stages = std::mem::take(&mut rendered.stages);
-    let points = stages.time("shading_points", || shading_points(frame, &counter));
-    let mut overture = Overture {
-        frame,
-        points: &points,
-        method,
-        evaluator: Evaluator {
-            frame,
-            strata: Strata::of(rays),
-            depths,
-            seed: contender.seed,
-        },
-        known: HashMap::new(),
-    };
-    let (store, error) = stages.time("records", || overture.search(contender.budget));
-    let image = stages.time("rendering", || overture.image(&store, &counter));
-    rendered.records = store.placed.iter().map(|p| overture.placed(p)).collect();
-    rendered.rays = overture.rays_of(&store, counter.read());
-    rendered.non_finite = image.non_finite
-        + store
-            .placed
-            .iter()
-            .map(|p| p.record.non_finite)
-            .sum::<u64>();
-    rendered.lookups = image.lookups;
-    rendered.bytes_peak = store.placed.len() * size_of::<Placed>() + points.bytes();
-    rendered.found = vec![
-        ("allowed_error", f64::from(error)),
-        ("misses", image.misses as f64),
-        ("evaluated", overture.known.len() as f64),
-    ];
-    rendered.notes.push(format!(
-        "allowed error searched in {SEARCH_STEPS} steps; records that were tried and not kept are \
-         not charged"
-    ));
-    if store.placed.len() < contender.budget {
-        rendered.notes.push(format!(
-            "{} records instead of {}: no allowed error gives just as many",
-            store.placed.len(),
-            contender.budget
-        ));
+/// The contender.
+struct Job<'a> {
+    technique: &'a IrradianceCaching,
+    method: OnDemand,
+    terms: Terms,
+}
+
+impl Contender for Job<'_> {
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        Ok(shots.iter().map(|shot| self.render(shot)).collect())
     }
-    rendered.image = image.image;
-    rendered.stages = stages;
-    rendered
+
+    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
+        Err(format!("{} has no pixel to replay", ENTRY.about.id))
+    }
+}
+
+impl Job<'_> {
+    /// Searches the allowed error, then makes the records of that error anew: only these are charged.
+    fn render(&self, shot: &Shot) -> Rendered {
+        let counter = RayCounter::default();
+        let mut rendered = Rendered::default();
+        let mut stages = Stages::default();
+        let points = stages.time("shading_points", || shading_points(shot, &counter));
+        let overture = || Overture {
+            shot,
+            points: &points,
+            method: &self.method,
+            evaluator: Evaluator {
+                shot,
+                strata: Strata::of(self.technique.directions.len()),
+                depths: indirect(shot),
+                seed: self.terms.seed,
+            },
+            known: HashMap::new(),
+        };
+        let clock = Clock::start();
+        let mut searching = overture();
+        let error = searching.search(self.terms.budget);
+        let mut spent = RayCounts::default();
+        searching
+            .known
+            .values()
+            .for_each(|known| spent += known.rays);
+        rendered.search = Search {
+            seconds: clock.seconds().wall,
+            rays: spent,
+        };
+        let tried = searching.known.len();
+        drop(searching);
+        let mut overture = overture();
+        let store = stages.time("records", || overture.first(error, self.terms.budget));
+        let image = stages.time("rendering", || overture.image(&store, &counter));
+        let placed = || store.placed.iter();
+        rendered.records = placed().map(|p| overture.placed(p)).collect();
+        rendered.rays = counter.read();
+        overture
+            .known
+            .values()
+            .for_each(|known| rendered.rays += known.rays);
+        rendered.non_finite = image.non_finite + placed().map(|p| p.record.non_finite).sum::<u64>();
+        rendered.lookups = image.lookups;
+        rendered.bytes_cache = store.placed.len() * size_of::<Placed>();
+        rendered.found = vec![
+            ("allowed_error", f64::from(error)),
+            ("misses", image.misses as f64),
+            ("evaluated", tried as f64),
+        ];
+        rendered.notes.push(format!(
+            "allowed error searched in {SEARCH_STEPS} steps; the search is not charged"
+        ));
+        if store.placed.len() < self.terms.budget {
+            rendered.notes.push(format!(
+                "{} records instead of {}: no allowed error gives just as many",
+                store.placed.len(),
+                self.terms.budget
+            ));
+        }
+        rendered.image = image.image;
+        rendered.stages = stages;
+        rendered
+    }
 }
 
 /// A record with what it cost.
@@ -159,7 +195,7 @@ struct Known {
 }
 
 struct Overture<'a> {
-    frame: &'a Frame<'a>,
+    shot: &'a Shot<'a>,
     points: &'a ShadingPoints,
     method: &'a OnDemand,
     evaluator: Evaluator<'a>,
@@ -176,28 +212,31 @@ struct Interpolated {
 }
 
 impl Overture<'_> {
-    /// The records of the least allowed error that gives at most `count` of them, and that error.
-    fn search(&mut self, count: usize) -> (Store, f32) {
+    /// The least allowed error that asks for at most `count` records; the largest that is searched if none does.
+    fn search(&mut self, count: usize) -> f32 {
         let [mut low, mut high] = ERRORS;
-        let mut best = self.fill(high, count);
-        let mut error = high;
         for _ in 0..SEARCH_STEPS {
             let middle = (low * high).sqrt();
-            let store = self.fill(middle, count);
-            if store.placed.len() > count {
+            if self.fill(middle, count).placed.len() > count {
                 low = middle;
             } else {
-                (high, error) = (middle, middle);
-                best = store;
+                high = middle;
             }
         }
-        if best.placed.len() > count {
-            // Even the largest allowed error asks for more: the first ones stay.
-            let mut first = Store::new(self.method.metric, error);
-            best.placed[..count].iter().for_each(|p| first.insert(*p));
-            best = first;
+        high
+    }
+
+    /// The records that an allowed error asks for, at most the `count` first of them.
+    fn first(&mut self, error: f32, count: usize) -> Store {
+        let mut store = self.fill(error, count);
+        if store.placed.len() > count {
+            let all = std::mem::replace(&mut store, Store::new(self.method.metric, error));
+            for placed in &all.placed[count..] {
+                self.known.remove(&placed.point);
+            }
+            all.placed[..count].iter().for_each(|p| store.insert(*p));
         }
-        (best, error)
+        store
     }
 
     /// All passes of the overture at one allowed error; stops when there are more than `most`
@@ -245,7 +284,7 @@ impl Overture<'_> {
             record.translation = glam::Mat3::ZERO;
         }
         let (width, height) = (self.points.width, self.points.height);
-        let [_, half] = self.frame.view.half_tangents(width, height);
+        let [_, half] = self.shot.view.half_tangents(width, height);
         let depth = self.points.depth[point as usize];
         let size = (2.0 * half / height as f64) as f32 * depth;
         let limits = self.method.pixels.map(|pixels| pixels * size);
@@ -262,16 +301,6 @@ impl Overture<'_> {
         }
     }
 
-    /// Camera, shading-point and record rays that the kept records account for.
-    fn rays_of(&self, store: &Store, mut rays: RayCounts) -> RayCounts {
-        for placed in &store.placed {
-            let own = self.known[&placed.point].rays;
-            rays.closest += own.closest;
-            rays.shadow += own.shadow;
-        }
-        rays
-    }
-
     fn placed(&self, placed: &Placed) -> PlacedRecord {
         PlacedRecord {
             site: placed.record.site,
@@ -283,30 +312,30 @@ impl Overture<'_> {
     /// Every camera sample from the records; where none may be used, the M nearest of the run-time
     /// rule serve without gradients, and are counted as misses.
     fn image(&self, store: &Store, counter: &RayCounter) -> Interpolated {
-        let frame = self.frame;
+        let shot = self.shot;
         let sites = || store.placed.iter().map(|p| &p.record.site);
         let positions: Vec<Vec3> = sites().map(|s| s.position).collect();
         let normals: Vec<Vec3> = sites().map(|s| s.normal).collect();
-        let metric = DistanceMetric::literal(frame.scene.diagonal, self.points.metres_per_unit);
+        let metric = DistanceMetric::literal(shot.scene.diagonal, self.points.metres_per_unit);
         let nearest = RecordSearch::new(&positions, &normals, SearchRule::paper(metric));
         let fallback = |site: &Site| -> Vec3 {
             let found = nearest.map(&[site.position], &[site.normal], |_, n| n.to_vec());
             let found = found.into_iter().next().unwrap_or_default();
             let mut weights = vec![0.0; found.len()];
-            inverse_distance_weights(&found, (frame.scene.diagonal, 1), &mut weights);
+            inverse_distance_weights(&found, (shot.scene.diagonal, 1), &mut weights);
             let value =
                 |(n, w): (&Neighbour, &f32)| store.placed[n.record as usize].record.irradiance * *w;
             found.iter().zip(&weights).map(value).sum()
         };
-        let mut image = Image::new(frame.width, frame.height);
+        let mut image = Image::new(shot.width, shot.height);
         let shade_row = |(y, row): (usize, &mut [[f32; 3]])| {
-            let caster = frame.tracer.caster(counter);
+            let caster = shot.tracer.caster(counter);
             let (mut lookups, mut misses, mut non_finite) = (0u64, 0u64, 0u64);
             for (x, pixel) in row.iter_mut().enumerate() {
                 let mut sum = Vec3::ZERO;
-                for sample in 0..frame.spp {
-                    let index = (y * frame.width + x) as u32;
-                    let Some(seen) = frame.look(&caster, index, sample) else {
+                for sample in 0..shot.spp {
+                    let index = (y * shot.width + x) as u32;
+                    let Some(seen) = shot.look(&caster, index, sample) else {
                         continue;
                     };
                     lookups += 1;
@@ -314,20 +343,20 @@ impl Overture<'_> {
                         misses += 1;
                         fallback(&seen.site)
                     });
-                    let value = reflected(frame, &seen, irradiance);
+                    let value = reflected(shot, &seen, irradiance);
                     if value.is_finite() {
                         sum += value;
                     } else {
                         non_finite += 1;
                     }
                 }
-                *pixel = (sum / frame.spp as f32).into();
+                *pixel = (sum / shot.spp as f32).into();
             }
             [lookups, misses, non_finite]
         };
         let rows: Vec<[u64; 3]> = image
             .pixels
-            .par_chunks_mut(frame.width)
+            .par_chunks_mut(shot.width)
             .enumerate()
             .map(shade_row)
             .collect();

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::sample::{Frame as LocalFrame, Rng};
 use crate::shade::Depths;
 use crate::technique::irradiance_caching::gather::{cast, travelled};
-use crate::technique::{Frame, Site};
+use crate::technique::{Shot, Site};
 use crate::trace::RayCounter;
 
 /// Keys the paths of these records.
@@ -61,7 +61,7 @@ struct Hemisphere {
 
 /// What a record is evaluated with.
 pub struct Evaluator<'a> {
-    pub frame: &'a Frame<'a>,
+    pub shot: &'a Shot<'a>,
     pub strata: Strata,
     pub depths: Depths,
     pub seed: u64,
@@ -89,15 +89,15 @@ impl Evaluator<'_> {
         };
         let strata = polar * azimuthal;
         let trace = |task: usize| {
-            let caster = self.frame.tracer.caster(counter);
+            let caster = self.shot.tracer.caster(counter);
             let start = task * RAYS_A_TASK;
             let aimed: Vec<(Rng, f32, Vec3)> =
                 (start..strata.min(start + RAYS_A_TASK)).map(aim).collect();
             let directions: Vec<Vec3> = aimed.iter().map(|(_, _, direction)| *direction).collect();
-            let rays = cast(self.frame, &caster, site, &directions);
+            let rays = cast(self.shot, &caster, site, &directions);
             let follow = |((mut rng, cos, _), ray)| {
                 let distance = travelled(&ray);
-                let paths = &self.frame.paths;
+                let paths = &self.shot.paths;
                 (
                     paths.follow(&caster, ray, &mut rng, self.depths),
                     distance,
@@ -116,7 +116,7 @@ impl Evaluator<'_> {
             hemisphere
                 .radiance
                 .push(if finite { radiance } else { Vec3::ZERO });
-            let distance = distance.max(self.frame.scene.diagonal * 1e-6);
+            let distance = distance.max(self.shot.scene.diagonal * 1e-6);
             hemisphere.distance.push(distance);
             inverse += 1.0 / f64::from(distance);
             if cos > SIN_10_DEGREES {

@@ -6,7 +6,7 @@ use super::record::{Evaluator, Record, Strata};
 use super::store::{Metric, Placed, Store};
 use crate::scene::{Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View};
 use crate::shade::Depths;
-use crate::technique::{Film, Frame, Site};
+use crate::technique::{Film, Shot, Site};
 use crate::trace::{RayCounter, Tracer};
 
 /// A lamp of side 1 over the floor of a black room of side 2.
@@ -47,9 +47,9 @@ fn gradients_agree_with_differences() {
         height: 4,
         spp: 1,
     };
-    let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
     let evaluator = Evaluator {
-        frame: &frame,
+        shot: &shot,
         strata: Strata::of(60_000),
         depths: Depths::up_to(1),
         seed: 1,

@@ -1,18 +1,20 @@
-//! One view of one scene at one size: camera samples and the surface points they hit.
+//! A scene at one moment as one viewer sees it: camera samples and the surface points they hit.
 
 use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::Technique;
 use crate::cache::{NO_POINT, ShadingPoints};
+use crate::image::Image;
 use crate::sample::Rng;
 use crate::scene::{Material, Scene, View};
 use crate::shade::{Interaction, PathTracer};
 use crate::trace::{Caster, Hit, Ray, RayCounter, Tracer};
 
-/// What all jobs of a view share.
-pub struct Frame<'a> {
+/// A scene at one moment, seen by one viewer with one film.
+pub struct Shot<'a> {
     pub scene: &'a Scene,
     pub tracer: &'a Tracer,
     pub view: &'a View,
@@ -23,11 +25,19 @@ pub struct Frame<'a> {
     pub height: usize,
     /// Sub-pixel samples of contenders and reference.
     pub spp: u32,
+    /// Number of the viewer in the sequence.
+    pub viewer: u16,
+    /// Number of the frame in the sequence.
+    pub frame: u32,
+    /// Factor on radiance of reference and contenders, see [`Technique::exposure`].
+    pub exposure: f32,
+    /// Light that is added to the image of every contender, see [`Technique::shared_layer`].
+    pub layer: Option<Image>,
     /// Whether camera rays may meet mirrors, glass or opacity masks.
     specular: bool,
 }
 
-/// Size of a frame.
+/// Size of a shot.
 #[derive(Clone, Copy, Debug)]
 pub struct Film {
     /// Pixels.
@@ -89,7 +99,7 @@ const MOST_SPECULAR: u32 = 16;
 /// Keys the choices between reflection and transmission.
 const SPECULAR_STREAM: u64 = 0x7370_6563_756c;
 
-impl<'a> Frame<'a> {
+impl<'a> Shot<'a> {
     /// `tracer` was built from the scene's triangles.
     pub fn new((scene, tracer): (&'a Scene, &'a Tracer), view: &'a View, film: Film) -> Self {
         Self {
@@ -100,16 +110,34 @@ impl<'a> Frame<'a> {
             width: film.width,
             height: film.height,
             spp: film.spp,
+            viewer: 0,
+            frame: 0,
+            exposure: 1.0,
+            layer: None,
             specular: scene.materials.iter().any(Material::is_specular),
         }
     }
 
-    /// Tells frames that one technique is used for apart.
-    pub fn key(&self) -> String {
-        format!(
-            "{} {} {}x{}x{}",
-            self.scene.name, self.view.name, self.width, self.height, self.spp
-        )
+    /// As [`Shot::new`], with the exposure that a technique gives a sequence which begins here.
+    pub fn exposed_for(
+        technique: &dyn Technique,
+        scene: (&'a Scene, &'a Tracer),
+        view: &'a View,
+        film: Film,
+    ) -> Self {
+        let mut shot = Self::new(scene, view, film);
+        shot.exposure = technique.exposure(&shot);
+        shot
+    }
+
+    /// Adds the light that all contenders share to the image of one.
+    pub fn add_layer(&self, image: &mut Image) {
+        let Some(layer) = &self.layer else {
+            return;
+        };
+        for (pixel, light) in image.pixels.iter_mut().zip(&layer.pixels) {
+            (0..3).for_each(|c| pixel[c] += light[c]);
+        }
     }
 
     /// Position in [0,1)² of a sub-pixel sample, the same in every pixel and for every contender:
@@ -137,7 +165,7 @@ impl<'a> Frame<'a> {
         self.look_out(caster, pixel, sample).ok()
     }
 
-    /// As [`Frame::look`], and for the background what the sample sees of it.
+    /// As [`Shot::look`], and for the background what the sample sees of it.
     pub fn look_out(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Missed> {
         let ray = self.camera_ray(pixel, sample);
         let hit = caster.closest(&ray);
@@ -145,7 +173,7 @@ impl<'a> Frame<'a> {
     }
 
     /// What `samples` of a tile of neighbouring pixels see, pixel by pixel: exactly what
-    /// [`Frame::look`] answers, but the camera rays of a tile are cast together.
+    /// [`Shot::look`] answers, but the camera rays of a tile are cast together.
     pub fn look_tile(
         &self,
         caster: &Caster,
@@ -172,8 +200,8 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The surface that a sample sees: opaque, because an opacity mask has had its say when the sample
-    /// did not pass it.
+    /// The surface that a sample sees: opaque, because whether the sample
+    /// passes an opacity mask is decided where it is cast.
     pub fn surface(&self, seen: &Seen) -> Interaction<'_> {
         let surfaces = self.paths.surfaces();
         let mut at = surfaces.interact(&seen.hit, seen.direction);
@@ -273,24 +301,19 @@ impl<'a> Frame<'a> {
 const TILE: usize = 8;
 
 /// What samples `0..samples` of rows `top..bottom` see, tile by tile: neighbours follow each other.
-pub fn look_band(
-    frame: &Frame,
-    counter: &RayCounter,
-    rows: Range<usize>,
-    samples: u32,
-) -> Vec<Seen> {
-    let across = frame.width.div_ceil(TILE);
+pub fn look_band(shot: &Shot, counter: &RayCounter, rows: Range<usize>, samples: u32) -> Vec<Seen> {
+    let across = shot.width.div_ceil(TILE);
     let down = rows.len().div_ceil(TILE);
     let tiles: Vec<Vec<Seen>> = (0..across * down)
         .into_par_iter()
         .map(|tile| {
-            let caster = frame.tracer.caster(counter);
+            let caster = shot.tracer.caster(counter);
             let (x0, y0) = (tile % across * TILE, rows.start + tile / across * TILE);
-            let (x1, y1) = ((x0 + TILE).min(frame.width), (y0 + TILE).min(rows.end));
-            let row = |y: usize| (x0..x1).map(move |x| (y * frame.width + x) as u32);
+            let (x1, y1) = ((x0 + TILE).min(shot.width), (y0 + TILE).min(rows.end));
+            let row = |y: usize| (x0..x1).map(move |x| (y * shot.width + x) as u32);
             let pixels: Vec<u32> = (y0..y1).flat_map(row).collect();
             let mut seen = Vec::with_capacity(pixels.len() * samples as usize);
-            frame.look_tile(&caster, (&pixels, 0..samples), &mut seen);
+            shot.look_tile(&caster, (&pixels, 0..samples), &mut seen);
             seen
         })
         .collect();
@@ -298,15 +321,15 @@ pub fn look_band(
 }
 
 /// One shading point at the centre of each pixel that sees a surface, in row-major order.
-pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
-    let mut all = look_band(frame, counter, 0..frame.height, 1);
+pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
+    let mut all = look_band(shot, counter, 0..shot.height, 1);
     all.par_sort_unstable_by_key(|seen| seen.pixel);
     let mut points = ShadingPoints {
-        width: frame.width,
-        height: frame.height,
-        point_of_pixel: vec![NO_POINT; frame.pixels()],
-        diagonal: frame.scene.diagonal,
-        metres_per_unit: frame.scene.metres_per_unit as f32,
+        width: shot.width,
+        height: shot.height,
+        point_of_pixel: vec![NO_POINT; shot.pixels()],
+        diagonal: shot.scene.diagonal,
+        metres_per_unit: shot.scene.metres_per_unit as f32,
         ..ShadingPoints::default()
     };
     for seen in all {
@@ -361,17 +384,17 @@ mod tests {
             height: 27,
             spp: 3,
         };
-        let frame = Frame::new((&scene, &tracer), &scene.views[0], film);
-        assert!(frame.specular);
+        let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+        assert!(shot.specular);
         let counter = RayCounter::default();
         let caster = tracer.caster(&counter);
-        let single: Vec<Seen> = (0..frame.pixels() as u32)
-            .flat_map(|pixel| (0..frame.spp).map(move |sample| (pixel, sample)))
-            .filter_map(|(pixel, sample)| frame.look(&caster, pixel, sample))
+        let single: Vec<Seen> = (0..shot.pixels() as u32)
+            .flat_map(|pixel| (0..shot.spp).map(move |sample| (pixel, sample)))
+            .filter_map(|(pixel, sample)| shot.look(&caster, pixel, sample))
             .collect();
         let passed = single.iter().filter(|seen| seen.throughput != Vec3::ONE);
         assert!(passed.count() > 50, "samples that pass mirrors");
-        let mut tiled = look_band(&frame, &counter, 0..frame.height, frame.spp);
+        let mut tiled = look_band(&shot, &counter, 0..shot.height, shot.spp);
         tiled.sort_by_key(|seen| (seen.pixel, seen.sample));
         assert_eq!(single.len(), tiled.len());
         for (a, b) in single.iter().zip(&tiled) {

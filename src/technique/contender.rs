@@ -1,0 +1,196 @@
+//! What runs in a job: a contender, the terms it runs under, and what it gives back.
+
+use toml::Table;
+
+use super::{Listed, Shot, Site, Stages, Technique};
+use crate::entry::{About, ParameterError};
+use crate::environment::LightSet;
+use crate::image::Image;
+use crate::memory::Peak;
+use crate::trace::RayCounts;
+
+/// A method at work. It lives for one job, is given the shots of one frame after another, and owns what it
+/// remembers of them: nothing of a shot is borrowed beyond the call.
+pub trait Contender: Send {
+    /// Whether settings are picked by error, which takes references of the first frame.
+    fn searches(&self) -> bool {
+        false
+    }
+
+    /// Picks settings by error against the references of the first frame's shots. What that takes is in
+    /// `search` of the next frame and not charged.
+    ///
+    /// # Errors
+    /// A sentence, as for [`Contender::frame`].
+    fn search(&mut self, _shots: &[Shot], _references: &[&Image]) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// The images of one frame, one for each of its shots (viewers), in their order.
+    ///
+    /// # Errors
+    /// A sentence, where the contender needs what is not there.
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String>;
+
+    /// What went into one pixel (row-major index) of a shot, a line each.
+    ///
+    /// # Errors
+    /// A sentence, for contenders that cannot tell.
+    fn replay(&mut self, shot: &Shot, pixel: u32) -> Result<Vec<String>, String>;
+}
+
+/// What a contender is granted for a job.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Terms {
+    /// What the contenders of the technique share, in its unit: records, or shadow rays per shading point.
+    pub budget: usize,
+    pub seed: u64,
+}
+
+/// A contender that was built, and what it is called.
+pub struct Started<'a> {
+    /// Canonical id.
+    pub id: String,
+    /// The entries it is made of.
+    pub parts: Vec<&'static About>,
+    pub contender: Box<dyn Contender + 'a>,
+}
+
+/// A contender as its technique `T` lists it.
+pub struct ContenderEntry<T: ?Sized + 'static> {
+    pub about: About,
+    /// Builds it from its parameters, which were checked to be declared; no ray is cast yet.
+    pub start: for<'a> fn(&'a T, &Table, Terms) -> Result<Box<dyn Contender + 'a>, ParameterError>,
+}
+
+impl<T: ?Sized> ContenderEntry<T> {
+    /// The contender, after a check that its parameters are declared.
+    ///
+    /// # Errors
+    /// Unknown and unfit parameters; the key is named.
+    pub fn started<'a>(
+        &'static self,
+        technique: &'a T,
+        parameters: &Table,
+        terms: Terms,
+    ) -> Result<Started<'a>, ParameterError> {
+        let about = &self.about;
+        crate::entry::check_keys(parameters, &[about])?;
+        Ok(Started {
+            id: about.id.to_owned(),
+            parts: vec![about],
+            contender: (self.start)(technique, parameters, terms)?,
+        })
+    }
+}
+
+impl<T: ?Sized> ContenderEntry<T> {
+    /// As lists show it.
+    pub fn listed(&'static self) -> Listed {
+        Listed {
+            id: self.about.id.to_owned(),
+            parts: vec![&self.about],
+        }
+    }
+}
+
+/// A contender as a job names it.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<'a> {
+    pub method: &'a str,
+    pub parameters: &'a Table,
+    pub terms: Terms,
+}
+
+impl Choice<'_> {
+    /// Starts the contender and plays one frame: the images of its shots, with the light that all contenders share.
+    /// `references` are those of the shots, for contenders that pick settings by error; they may be missing for all
+    /// others.
+    ///
+    /// # Errors
+    /// A sentence, where the contender cannot be built or needs what is not there.
+    pub fn play(
+        &self,
+        technique: &dyn Technique,
+        shots: &[Shot],
+        references: &[&Image],
+    ) -> Result<Vec<Rendered>, String> {
+        let started = technique.start(self.method, self.parameters, self.terms);
+        let mut contender = started.map_err(|error| error.to_string())?.contender;
+        if contender.searches() && references.len() == shots.len() {
+            contender.search(shots, references)?;
+        }
+        let peak = Peak::start();
+        let mut images = contender.frame(shots)?;
+        let held = peak.bytes();
+        for (shot, rendered) in shots.iter().zip(&mut images) {
+            rendered.bytes_work = held.saturating_sub(rendered.bytes_cache);
+            shot.add_layer(&mut rendered.image);
+        }
+        Ok(images)
+    }
+
+    /// As [`Choice::play`], of one shot.
+    ///
+    /// # Errors
+    /// As [`Choice::play`].
+    pub fn still(
+        &self,
+        technique: &dyn Technique,
+        shot: &Shot,
+        reference: Option<&Image>,
+    ) -> Result<Rendered, String> {
+        let references: Vec<&Image> = reference.into_iter().collect();
+        let mut images = self.play(technique, std::slice::from_ref(shot), &references)?;
+        images.pop().ok_or_else(|| "no image was rendered".into())
+    }
+}
+
+/// What a search for settings took; excluded from the totals of every contender.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Search {
+    /// Wall time.
+    pub seconds: f64,
+    pub rays: RayCounts,
+}
+
+impl Search {
+    pub fn add(&mut self, other: Self) {
+        self.seconds += other.seconds;
+        self.rays += other.rays;
+    }
+}
+
+/// A record of a finished job.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedRecord {
+    pub site: Site,
+    /// Row-major pixel index.
+    pub pixel: u32,
+    /// 0 first stage, 1 refinement.
+    pub stage: u8,
+}
+
+/// What a contender produced for one shot.
+#[derive(Clone, Debug, Default)]
+pub struct Rendered {
+    pub image: Image,
+    pub records: Vec<PlacedRecord>,
+    /// The lights of a global light set.
+    pub lights: Option<LightSet>,
+    /// The map that guided the refinement, row-major, if there was one.
+    pub discontinuity: Option<Vec<f32>>,
+    pub rays: RayCounts,
+    pub lookups: u64,
+    /// What the method keeps: records with their search structure, lights, what it remembers of frames.
+    pub bytes_cache: usize,
+    /// The most that was held beyond the scene and `bytes_cache` while the frame was made, heap of the whole program.
+    pub bytes_work: usize,
+    pub stages: Stages,
+    /// What settings took that were searched for; not in `rays` and `stages`.
+    pub search: Search,
+    /// Found parameters (σ_s, chosen cluster size, …).
+    pub found: Vec<(&'static str, f64)>,
+    pub notes: Vec<String>,
+    pub non_finite: u64,
+}
