@@ -121,12 +121,12 @@ impl RecordSearch {
     ) -> Vec<T> {
         let mut values = vec![T::default(); positions.len().min(normals.len())];
         values.par_chunks_mut(CHUNK).enumerate().for_each_init(
-            || (Workspace::default(), make()),
+            || (SearchSpace::default(), make()),
             |(space, own), (chunk, out)| {
                 let first = chunk * CHUNK;
                 let range = first..first + out.len();
                 let (p, n) = (&positions[range.clone()], &normals[range]);
-                self.answer_chunk(space, (p, n), |i, found| {
+                self.answer_run(space, (p, n), |i, found| {
                     out[i] = value(own, first + i, found);
                 });
             },
@@ -146,11 +146,11 @@ impl RecordSearch {
         records
             .par_chunks_mut((CHUNK * stride).max(1))
             .enumerate()
-            .for_each_init(Workspace::default, |space, (chunk, out)| {
+            .for_each_init(SearchSpace::default, |space, (chunk, out)| {
                 let first = chunk * CHUNK;
                 let range = first..first + out.len() / stride.max(1);
                 let (p, n) = (&positions[range.clone()], &normals[range]);
-                self.answer_chunk(space, (p, n), |i, found| {
+                self.answer_run(space, (p, n), |i, found| {
                     let own = &mut out[i * stride..(i + 1) * stride];
                     own.fill(u32::MAX);
                     for (record, neighbour) in own.iter_mut().zip(found) {
@@ -161,9 +161,11 @@ impl RecordSearch {
             });
     }
 
-    fn answer_chunk(
+    /// Answers up to 65,536 queries on this thread: `answer` is given each query's index and its neighbours, in no
+    /// fixed order. Fast if the queries lie close together.
+    pub fn answer_run(
         &self,
-        space: &mut Workspace,
+        space: &mut SearchSpace,
         (positions, normals): (&[Vec3], &[Vec3]),
         mut answer: impl FnMut(usize, &[Neighbour]),
     ) {
@@ -183,16 +185,16 @@ impl RecordSearch {
     }
 }
 
-/// Scratch space of one worker.
+/// Scratch space of one thread that asks for neighbours.
 #[derive(Default)]
-struct Workspace {
+pub struct SearchSpace {
     keys: Vec<u64>,
     queries: Vec<Query>,
     unusable: Vec<u32>,
     tile: Tile,
 }
 
-impl Workspace {
+impl SearchSpace {
     /// Sorts the finite queries along a space-filling curve and sets the others apart.
     fn sort(&mut self, positions: &[Vec3], normals: &[Vec3]) {
         let usable = |i: &usize| positions[*i].is_finite() && normals[*i].is_finite();

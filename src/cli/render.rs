@@ -141,6 +141,7 @@ fn default_budget(entry: &TechniqueEntry, [width, height]: [usize; 2]) -> usize 
     let of_paper = (width * height) as f64 * 120_000.0 / (1920.0 * 1080.0);
     match entry.unit {
         Unit::Lights => 16,
+        Unit::Samples => 1,
         Unit::Caches => (of_paper.round() as usize).max(1),
     }
 }

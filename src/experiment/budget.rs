@@ -16,6 +16,8 @@ pub enum Budget {
     Caches(u64),
     /// Shadow rays per shading point: lights at full resolution, or samples.
     Lights(u64),
+    /// Paths through each pixel of a frame.
+    Samples(u64),
     /// Seconds in all; how many shadow rays per shading point they pay for is found by
     /// `super::equal_time`.
     Seconds(f64),
@@ -25,7 +27,7 @@ impl Budget {
     /// Records or shadow rays; `None` where they follow from the time.
     pub fn count(self) -> Option<u64> {
         match self {
-            Self::Caches(count) | Self::Lights(count) => Some(count),
+            Self::Caches(count) | Self::Lights(count) | Self::Samples(count) => Some(count),
             Self::Seconds(_) => None,
         }
     }
@@ -33,7 +35,7 @@ impl Budget {
     /// What tells it from other budgets of the same technique.
     pub(super) fn key(self) -> serde_json::Value {
         match self {
-            Self::Caches(count) | Self::Lights(count) => count.into(),
+            Self::Caches(count) | Self::Lights(count) | Self::Samples(count) => count.into(),
             Self::Seconds(seconds) => format!("{seconds} s").into(),
         }
     }
@@ -43,19 +45,21 @@ impl Budget {
         config: &Config,
         choice: &SceneChoice,
     ) -> Result<Self, (&'static str, String)> {
-        let by_lights =
-            crate::registry::technique(&config.technique).is_some_and(|t| t.unit == Unit::Lights);
+        let unit = crate::registry::technique(&config.technique).map_or(Unit::Caches, |t| t.unit);
         let caches = choice.caches.or(config.caches);
         let lights = choice.lights.or(config.lights);
+        let samples = choice.samples.or(config.samples);
         let seconds = choice.seconds.or(config.seconds);
         let given = [
             ("caches", caches.is_some()),
             ("lights", lights.is_some()),
+            ("samples", samples.is_some()),
             ("seconds", seconds.is_some()),
         ];
-        let (wanted, takes): (_, &[&str]) = match by_lights {
-            true => ("lights", &["lights", "seconds"]),
-            false => ("caches", &["caches"]),
+        let (wanted, takes, count): (_, &[&str], _) = match unit {
+            Unit::Caches => ("caches", &["caches"], caches),
+            Unit::Lights => ("lights", &["lights", "seconds"], lights),
+            Unit::Samples => ("samples", &["samples"], samples),
         };
         let given = given
             .iter()
@@ -84,17 +88,18 @@ impl Budget {
             let message = format!("seconds: expected a number above 0 and up to {LONGEST_S}");
             return Err(("seconds", message));
         }
-        let count = if by_lights { lights } else { caches };
         let count = count.filter(|n| *n > 0).ok_or_else(|| {
             let message =
                 format!("no number of {wanted}: set `{wanted}` for the experiment or the scene");
             (wanted, message)
         })?;
-        Ok(if by_lights {
-            Self::Lights(count)
-        } else {
-            let scaled = count as f64 * config.scale.0 * config.scale.0;
-            Self::Caches((scaled.round() as u64).max(1))
+        Ok(match unit {
+            Unit::Lights => Self::Lights(count),
+            Unit::Samples => Self::Samples(count),
+            Unit::Caches => {
+                let scaled = count as f64 * config.scale.0 * config.scale.0;
+                Self::Caches((scaled.round() as u64).max(1))
+            }
         })
     }
 }
@@ -104,6 +109,7 @@ impl std::fmt::Display for Budget {
         match self {
             Self::Caches(amount) => write!(f, "caches={amount}"),
             Self::Lights(amount) => write!(f, "lights={amount}"),
+            Self::Samples(amount) => write!(f, "samples={amount}"),
             Self::Seconds(seconds) => write!(f, "seconds={seconds}"),
         }
     }

@@ -29,6 +29,9 @@ pub struct Config {
     /// Shadow rays per shading point of every contender of environment lighting.
     #[serde(default)]
     pub lights: Option<u64>,
+    /// Paths through each pixel of a frame of every contender of path tracing.
+    #[serde(default)]
+    pub samples: Option<u64>,
     /// In place of `lights`: seconds that the image of every contender takes.
     #[serde(default)]
     pub seconds: Option<f64>,
@@ -116,6 +119,8 @@ pub struct SceneChoice {
     pub caches: Option<u64>,
     #[serde(default)]
     pub lights: Option<u64>,
+    #[serde(default)]
+    pub samples: Option<u64>,
     #[serde(default)]
     pub seconds: Option<f64>,
     /// Replaces the scene's environment; several maps make several scenes.

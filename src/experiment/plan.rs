@@ -76,6 +76,7 @@ impl Job {
         match self.budget {
             Budget::Caches(caches) => pixels + samples + caches * self.rays_per_evaluation(),
             Budget::Lights(lights) => samples * (1 + lights),
+            Budget::Samples(paths) => pixels * paths * self.rays_per_evaluation(),
             Budget::Seconds(seconds) => samples + (seconds * RAYS_PER_SECOND) as u64,
         }
     }
@@ -101,7 +102,7 @@ impl Job {
                 let technique = self.built_technique();
                 caches * technique.map_or(0, |t| t.bytes_per_record())
             }
-            Budget::Lights(_) | Budget::Seconds(_) => 0,
+            Budget::Lights(_) | Budget::Samples(_) | Budget::Seconds(_) => 0,
         }
     }
 

@@ -209,7 +209,7 @@ impl Runner {
             choice.still(technique, shot, Some(&reference.mean))
         };
         let render = || match job.budget {
-            Budget::Caches(count) | Budget::Lights(count) => render(count),
+            Budget::Caches(count) | Budget::Lights(count) | Budget::Samples(count) => render(count),
             Budget::Seconds(seconds) => equal_time::render_within(seconds, render),
         };
         let result = caught(render).and_then(|rendered| {
@@ -296,6 +296,7 @@ fn fill(
 ) {
     match job.budget {
         Budget::Caches(_) => row.caches = Some(rendered.records.len() as u64),
+        Budget::Samples(_) => {}
         Budget::Lights(_) | Budget::Seconds(_) => {
             row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64)
         }

@@ -163,6 +163,7 @@ fn budgets(jobs: &[&Job]) -> String {
     let told = |budget: Budget| match budget {
         Budget::Caches(count) => (count as f64, number::count(count), "records"),
         Budget::Lights(count) => (count as f64, number::count(count), "rays a point"),
+        Budget::Samples(count) => (count as f64, number::count(count), "paths a pixel"),
         Budget::Seconds(seconds) => (seconds, seconds.to_string(), "s"),
     };
     let mut all: Vec<(f64, String, &str)> = jobs.iter().map(|job| told(job.budget)).collect();

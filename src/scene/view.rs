@@ -74,6 +74,22 @@ impl View {
         [tangent * w / spanned, tangent * h / spanned]
     }
 
+    /// Film position in pixels of a point (scene units, in the frame of `origin`), as [`View::direction`] counts;
+    /// `None` behind the camera and outside the film.
+    pub fn project(&self, point: DVec3, size: [usize; 2]) -> Option<[f64; 2]> {
+        let [tx, ty] = self.half_tangents(size[0], size[1]);
+        let away = point - self.origin;
+        let depth = away.dot(self.forward);
+        if !(depth > 0.0) {
+            return None;
+        }
+        let [width, height] = size.map(|side| side as f64);
+        let x = 0.5 * width * (1.0 + away.dot(self.right) / (depth * tx));
+        let y = 0.5 * height * (1.0 - away.dot(self.up) / (depth * ty));
+        let inside = (0.0..width).contains(&x) && (0.0..height).contains(&y);
+        inside.then_some([x, y])
+    }
+
     /// Unit direction through film position (`x`, `y`) in pixels, the top left corner at (0, 0), on
     /// a film of `size` = [width, height].
     pub fn direction(&self, x: f64, y: f64, size: [usize; 2]) -> Vec3 {

@@ -12,6 +12,11 @@ use crate::trace::RayCounts;
 /// A method at work. It lives for one job, is given the shots of one frame after another, and owns what it
 /// remembers of them: nothing of a shot is borrowed beyond the call.
 pub trait Contender: Send {
+    /// Whether frames depend on those before: what it is given first then matters.
+    fn remembers(&self) -> bool {
+        false
+    }
+
     /// Whether settings are picked by error, which takes references of the first frame.
     fn searches(&self) -> bool {
         false

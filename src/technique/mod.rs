@@ -12,8 +12,10 @@ pub mod environment_lighting;
 pub mod importance_caching;
 pub mod irradiance_caching;
 mod passes;
+mod path_samples;
 mod paths;
 mod per_sample;
+mod running_mean;
 mod shot;
 mod stages;
 pub mod truth;
@@ -70,6 +72,8 @@ pub enum Unit {
     Caches,
     /// Shadow rays per shading point.
     Lights,
+    /// Paths through each pixel of a frame.
+    Samples,
 }
 
 /// A technique with its parameters set.

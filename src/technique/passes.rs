@@ -9,6 +9,8 @@ pub struct Passes<'a> {
     shot: &'a Shot<'a>,
     function: &'a dyn ShadingFunction,
     sums: Vec<[f64; 3]>,
+    /// Number of the first pass.
+    first: u32,
     pub count: u32,
     /// Values that were not finite and count as black.
     pub non_finite: u64,
@@ -17,7 +19,13 @@ pub struct Passes<'a> {
 impl<'a> Passes<'a> {
     /// No pass yet.
     pub fn new(shot: &'a Shot<'a>, function: &'a dyn ShadingFunction) -> Self {
+        Self::starting_at(0, shot, function)
+    }
+
+    /// No pass yet; the first one will be number `first`.
+    pub fn starting_at(first: u32, shot: &'a Shot<'a>, function: &'a dyn ShadingFunction) -> Self {
         Self {
+            first,
             shot,
             function,
             sums: vec![[0.0; 3]; shot.pixels()],
@@ -28,7 +36,12 @@ impl<'a> Passes<'a> {
 
     /// Adds the next pass.
     pub fn add(&mut self, counter: &RayCounter) {
-        let (pass, non_finite) = reference_pass(self.function, self.shot, self.count, counter);
+        let (pass, non_finite) = reference_pass(
+            self.function,
+            self.shot,
+            self.first.wrapping_add(self.count),
+            counter,
+        );
         self.count += 1;
         self.non_finite += non_finite;
         for (sum, value) in self.sums.iter_mut().zip(&pass.pixels) {
@@ -44,10 +57,5 @@ impl<'a> Passes<'a> {
             *pixel = sum.map(|s| (s / count) as f32);
         }
         image
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.sums.as_slice())
     }
 }

@@ -298,49 +298,92 @@ impl<'a> Shot<'a> {
 }
 
 /// Pixels along a side of the tiles whose camera rays are cast together.
-const TILE: usize = 8;
+pub(super) const TILE: usize = 8;
 
-/// What samples `0..samples` of rows `top..bottom` see, tile by tile: neighbours follow each other.
-pub fn look_band(shot: &Shot, counter: &RayCounter, rows: Range<usize>, samples: u32) -> Vec<Seen> {
-    let across = shot.width.div_ceil(TILE);
-    let down = rows.len().div_ceil(TILE);
-    let tiles: Vec<Vec<Seen>> = (0..across * down)
-        .into_par_iter()
-        .map(|tile| {
-            let caster = shot.tracer.caster(counter);
-            let (x0, y0) = (tile % across * TILE, rows.start + tile / across * TILE);
-            let (x1, y1) = ((x0 + TILE).min(shot.width), (y0 + TILE).min(rows.end));
-            let row = |y: usize| (x0..x1).map(move |x| (y * shot.width + x) as u32);
-            let pixels: Vec<u32> = (y0..y1).flat_map(row).collect();
-            let mut seen = Vec::with_capacity(pixels.len() * samples as usize);
-            shot.look_tile(&caster, (&pixels, 0..samples), &mut seen);
-            seen
-        })
-        .collect();
-    tiles.into_iter().flatten().collect()
+/// Row-major indices of the tile whose top left pixel this is, above row `bottom`.
+pub(super) fn tile_pixels(shot: &Shot, [left, top]: [usize; 2], bottom: usize) -> Vec<u32> {
+    let right = (left + TILE).min(shot.width);
+    let rows = top..(top + TILE).min(shot.height).min(bottom);
+    let row = |y: usize| (left..right).map(move |x| (y * shot.width + x) as u32);
+    rows.flat_map(row).collect()
+}
+
+/// What the centres of a band of pixels see, in row-major order.
+fn look_band(shot: &Shot, caster: &Caster, top: usize) -> Vec<Seen> {
+    let mut tiled = Vec::with_capacity(shot.width * TILE);
+    for left in (0..shot.width).step_by(TILE) {
+        let tile = tile_pixels(shot, [left, top], shot.height);
+        shot.look_tile(caster, (&tile, 0..1), &mut tiled);
+    }
+    tiled.sort_unstable_by_key(|seen| seen.pixel);
+    tiled
 }
 
 /// One shading point at the centre of each pixel that sees a surface, in row-major order.
 pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
-    let mut all = look_band(shot, counter, 0..shot.height, 1);
-    all.par_sort_unstable_by_key(|seen| seen.pixel);
-    let mut points = ShadingPoints {
+    let bands: Vec<Vec<Seen>> = (0..shot.height.div_ceil(TILE))
+        .into_par_iter()
+        .map_init(
+            || shot.tracer.caster(counter),
+            |caster, band| look_band(shot, caster, band * TILE),
+        )
+        .collect();
+    let starts: Vec<usize> = bands
+        .iter()
+        .scan(0, |next, band| {
+            let start = *next;
+            *next += band.len();
+            Some(start)
+        })
+        .collect();
+    let count = bands.iter().map(Vec::len).sum();
+    let seen = Ordered {
+        bands: &bands,
+        starts: &starts,
+        count,
+    };
+    let mut point_of_pixel = vec![NO_POINT; shot.pixels()];
+    point_of_pixel
+        .par_chunks_mut((shot.width * TILE).max(1))
+        .enumerate()
+        .for_each(|(band, points)| {
+            let first_pixel = band * TILE * shot.width;
+            for (point, seen) in (starts[band]..).zip(&bands[band]) {
+                points[seen.pixel as usize - first_pixel] = point as u32;
+            }
+        });
+    ShadingPoints {
+        position: seen.each(|seen| seen.site.position),
+        normal: seen.each(|seen| seen.site.normal),
+        geometric_normal: seen.each(|seen| seen.site.geometric_normal),
+        depth: seen.each(|seen| seen.depth),
+        pixel: seen.each(|seen| seen.pixel),
         width: shot.width,
         height: shot.height,
-        point_of_pixel: vec![NO_POINT; shot.pixels()],
+        point_of_pixel,
         diagonal: shot.scene.diagonal,
         metres_per_unit: shot.scene.metres_per_unit as f32,
-        ..ShadingPoints::default()
-    };
-    for seen in all {
-        points.point_of_pixel[seen.pixel as usize] = points.len() as u32;
-        points.position.push(seen.site.position);
-        points.normal.push(seen.site.normal);
-        points.geometric_normal.push(seen.site.geometric_normal);
-        points.depth.push(seen.depth);
-        points.pixel.push(seen.pixel);
     }
-    points
+}
+
+/// What bands saw, one after another.
+struct Ordered<'a> {
+    bands: &'a [Vec<Seen>],
+    /// Index of the first item of each band among all.
+    starts: &'a [usize],
+    count: usize,
+}
+
+impl Ordered<'_> {
+    /// A value of each item, by all threads.
+    fn each<T: Send>(&self, value: impl Fn(&Seen) -> T + Sync) -> Vec<T> {
+        let item = |i: usize| {
+            let band = self.starts.partition_point(|start| *start <= i) - 1;
+            value(&self.bands[band][i - self.starts[band]])
+        };
+        let indices = (0..self.count).into_par_iter().with_min_len(4096);
+        indices.map(item).collect()
+    }
 }
 
 #[cfg(test)]
@@ -394,7 +437,13 @@ mod tests {
             .collect();
         let passed = single.iter().filter(|seen| seen.throughput != Vec3::ONE);
         assert!(passed.count() > 50, "samples that pass mirrors");
-        let mut tiled = look_band(&shot, &counter, 0..shot.height, shot.spp);
+        let mut tiled = Vec::new();
+        for top in (0..shot.height).step_by(TILE) {
+            for left in (0..shot.width).step_by(TILE) {
+                let tile = tile_pixels(&shot, [left, top], shot.height);
+                shot.look_tile(&caster, (&tile, 0..shot.spp), &mut tiled);
+            }
+        }
         tiled.sort_by_key(|seen| (seen.pixel, seen.sample));
         assert_eq!(single.len(), tiled.len());
         for (a, b) in single.iter().zip(&tiled) {

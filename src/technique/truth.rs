@@ -1,16 +1,22 @@
-//! The truths: direct lighting and path tracing. Their only method is the reference.
+//! The truths: direct lighting, whose only method is the reference, and path tracing, whose contenders trace fewer
+//! paths.
 
 use serde::{Deserialize, Serialize};
 
-use super::{ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms, Unit, each_pixel};
+use super::{
+    ContenderEntry, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms, Unit,
+    each_pixel, path_samples, running_mean,
+};
 use crate::entry::{About, Bias, Parameter, ParameterError};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
 use crate::shade::{DIRECT_LIGHTING, Depths};
 use crate::trace::{Caster, Ray};
 
-/// Keys the random numbers of camera paths.
+/// Keys the random numbers of the reference's paths.
 const STREAM: u64 = 0x7472_7574_6800;
+/// Keys those of contenders.
+const CONTENDER_STREAM: u64 = 0x6366_6e74_6472;
 
 const SEED: Parameter = Parameter {
     key: "seed",
@@ -18,6 +24,16 @@ const SEED: Parameter = Parameter {
     unit: "",
     meaning: "seed of the camera paths",
 };
+
+const PASSES: Parameter = Parameter {
+    key: "reference_passes",
+    default: "spp",
+    unit: "",
+    meaning: "paths of each pixel of the reference",
+};
+
+/// What path tracing compares.
+static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
 
 /// The registry's entry of path tracing.
 pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
@@ -30,11 +46,11 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         bias: Bias::Unbiased,
         version: 1,
         failures: &["caustics of small lights through smooth glass converge slowly"],
-        parameters: &[SEED],
+        parameters: &[SEED, PASSES],
     },
     build: |table| Ok(Box::new(Truth::new(table, None)?)),
-    contenders: Vec::new,
-    unit: Unit::Caches,
+    contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
+    unit: Unit::Samples,
     default_method: "reference",
     of_contenders: &[],
 };
@@ -50,11 +66,11 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         bias: Bias::Unbiased,
         version: 1,
         failures: &["light through glass and by mirrors is indirect, hence absent"],
-        parameters: &[SEED],
+        parameters: &[SEED, PASSES],
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
     contenders: Vec::new,
-    unit: Unit::Caches,
+    unit: Unit::Samples,
     default_method: "reference",
     of_contenders: &[],
 };
@@ -64,16 +80,20 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
 #[serde(deny_unknown_fields, default)]
 struct Parameters {
     seed: u64,
+    reference_passes: Option<std::num::NonZeroU32>,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self { seed: 1 }
+        Self {
+            seed: 1,
+            reference_passes: None,
+        }
     }
 }
 
 /// A path-traced technique; `max_depth` replaces the scene's.
-struct Truth {
+pub struct Truth {
     parameters: Parameters,
     max_depth: Option<u32>,
 }
@@ -85,6 +105,16 @@ impl Truth {
             max_depth,
         })
     }
+
+    /// The paths of a contender, independent of the reference's.
+    pub(super) fn contender_paths<'a>(&self, shot: &'a Shot<'a>, seed: u64) -> TracedPaths<'a> {
+        TracedPaths {
+            shot,
+            stream: CONTENDER_STREAM,
+            seed,
+            max_depth: self.max_depth.unwrap_or(shot.scene.max_depth),
+        }
+    }
 }
 
 impl Technique for Truth {
@@ -95,6 +125,7 @@ impl Technique for Truth {
     fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a> {
         Box::new(TracedPaths {
             shot,
+            stream: STREAM,
             seed: self.parameters.seed,
             max_depth: self.max_depth.unwrap_or(shot.scene.max_depth),
         })
@@ -105,7 +136,9 @@ impl Technique for Truth {
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {
-        spp
+        self.parameters
+            .reference_passes
+            .map_or(spp, |passes| passes.get())
     }
 
     fn reference_is_random(&self) -> bool {
@@ -118,20 +151,36 @@ impl Technique for Truth {
 
     fn start<'a>(
         &'a self,
-        _: &str,
-        _: &toml::Table,
-        _: Terms,
+        id: &str,
+        parameters: &toml::Table,
+        terms: Terms,
     ) -> Result<Started<'a>, ParameterError> {
-        Err(ParameterError {
+        let wrong = |message| ParameterError {
             key: Some("id".into()),
-            message: "this technique has one method only: reference".into(),
-        })
+            message,
+        };
+        if self.max_depth.is_some() {
+            let message = "this technique has one method only: reference";
+            return Err(wrong(message.into()));
+        }
+        match CONTENDERS.iter().find(|e| e.about.answers_to(id)) {
+            Some(entry) => entry.started(self, parameters, terms),
+            None => {
+                let known: Vec<&str> = CONTENDERS.iter().map(|e| e.about.id).collect();
+                let known = known.join(", ");
+                Err(wrong(format!(
+                    "no contender is called `{id}`; known: {known}"
+                )))
+            }
+        }
     }
 }
 
 /// One path per pixel and sample, uniformly jittered in the pixel.
-struct TracedPaths<'a> {
+pub(super) struct TracedPaths<'a> {
     shot: &'a Shot<'a>,
+    /// Keys the random numbers, with the seed.
+    stream: u64,
     seed: u64,
     max_depth: u32,
 }
@@ -146,7 +195,7 @@ impl ShadingFunction for TracedPaths<'_> {
         let size = [self.shot.width, self.shot.height];
         let origin = self.shot.view.origin.as_vec3();
         each_pixel(first_pixel, out, |pixel| {
-            let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
+            let mut rng = Rng::new(self.seed, self.stream, u64::from(pixel), u64::from(sample));
             let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
             let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
             let ray = Ray::new(origin, self.shot.view.direction(x, y, size));

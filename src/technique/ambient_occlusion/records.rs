@@ -113,9 +113,9 @@ impl CachedFunction for VisibilityRecords<'_> {
         _: &Caster,
         seen: &Seen,
         (neighbours, weights): (&[Neighbour], &[f32]),
-    ) -> [f32; 3] {
+    ) -> Option<[f32; 3]> {
         if neighbours.is_empty() {
-            return self.background();
+            return None;
         }
         let (mut sum, mut total) = (0.0, 0.0);
         for (neighbour, weight) in neighbours.iter().zip(weights) {
@@ -123,7 +123,7 @@ impl CachedFunction for VisibilityRecords<'_> {
             sum += value * weight * trust;
             total += weight * trust;
         }
-        [sum / total; 3]
+        Some([sum / total; 3])
     }
 
     fn background(&self) -> [f32; 3] {

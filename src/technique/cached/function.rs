@@ -78,9 +78,20 @@ pub trait CachedFunction: Sync {
     /// Length within which the function changes, scene units: positive and finite.
     fn length(&self) -> f32;
 
-    /// The value of a camera sample from its neighbours and their weights, which sum to 1. There
-    /// are none when the lookup misses: no record, or none that may be used.
-    fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3];
+    /// The value of a camera sample from its neighbours and their weights, which sum to 1; `None` where they may not
+    /// be used and the function must be evaluated. There are none when the lookup misses: no record, or none that
+    /// passes the rule.
+    fn shade(
+        &self,
+        caster: &Caster,
+        seen: &Seen,
+        found: (&[Neighbour], &[f32]),
+    ) -> Option<[f32; 3]>;
+
+    /// The value of a camera sample that records do not serve.
+    fn shade_missed(&self, _: &Caster, _: &Seen) -> [f32; 3] {
+        self.background()
+    }
 
     /// The value where the camera sees no surface.
     fn background(&self) -> [f32; 3];

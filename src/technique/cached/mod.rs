@@ -188,7 +188,7 @@ impl<'a> Setting<'a> {
         let counter = RayCounter::default();
         let mut records = self.place_and_evaluate(&counter);
         let mut rendered = std::mem::take(&mut records.rendered);
-        let (image, lookups, non_finite) = rendered.stages.time("rendering", || {
+        let shaded = rendered.stages.time("rendering", || {
             Shader {
                 shot,
                 records: &records,
@@ -197,9 +197,9 @@ impl<'a> Setting<'a> {
             .image()
         });
         let points = &records.points;
-        rendered.image = image;
-        rendered.lookups = lookups;
-        rendered.non_finite = non_finite + records.function.non_finite();
+        rendered.image = shaded.image;
+        rendered.lookups = shaded.lookups;
+        rendered.non_finite = shaded.non_finite + records.function.non_finite();
         rendered.found.extend(records.function.found());
         rendered.records = records
             .sites

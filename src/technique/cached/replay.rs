@@ -48,9 +48,10 @@ pub(super) fn replay(setting: &Setting, pixel: u32) -> Result<Vec<String>, Strin
                     .shade(&caster, &seen, (&[*neighbour], &[1.0]))
             ));
         }
-        let value = records
-            .function
-            .shade(&caster, &seen, (&neighbours, &weights));
+        let function = records.function.as_ref();
+        let value = function
+            .shade(&caster, &seen, (&neighbours, &weights))
+            .unwrap_or_else(|| function.shade_missed(&caster, &seen));
         lines.push(format!("  shaded {value:?}"));
     }
     Ok(lines)

@@ -149,7 +149,12 @@ impl CachedFunction for ImportanceRecords<'_> {
         self.shot.scene.diagonal
     }
 
-    fn shade(&self, caster: &Caster, seen: &Seen, (found, _): (&[Neighbour], &[f32])) -> [f32; 3] {
+    fn shade(
+        &self,
+        caster: &Caster,
+        seen: &Seen,
+        (found, _): (&[Neighbour], &[f32]),
+    ) -> Option<[f32; 3]> {
         let to = receiver(self.shot, seen);
         let mut sum = self.shot.paths.lights().emitted(&to.at);
         let mut near = [0u32; 32];
@@ -169,7 +174,7 @@ impl CachedFunction for ImportanceRecords<'_> {
                 sum += value * choice.factor;
             }
         }
-        (sum * seen.throughput).into()
+        Some((sum * seen.throughput).into())
     }
 
     /// Black: the environment is added afterwards, see [`super::exact::add_background`].

@@ -96,7 +96,11 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
             for sample in 0..DRAWS {
                 // Another sample number draws other lights.
                 let again = Seen { sample, ..*seen };
-                let value = luminance(records.shade(&caster, &again, (&near, &weights)));
+                let value = luminance(
+                    records
+                        .shade(&caster, &again, (&near, &weights))
+                        .expect("served"),
+                );
                 assert!(value.is_finite() && value >= 0.0, "{name}");
                 sum += f64::from(value - emitted);
             }

@@ -198,26 +198,24 @@ impl CachedFunction for IrradianceRecords<'_> {
         *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
     }
 
-    fn shade(&self, caster: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> [f32; 3] {
+    fn shade(&self, _: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> Option<[f32; 3]> {
         let value = |record| self.value(record, &seen.site);
-        let light = match (
-            self.interpolate(&seen.site, found, value),
-            &self.directional,
-        ) {
-            (Some(irradiance), Some(known)) => self.directional(known, seen, (irradiance, found)),
-            (Some(irradiance), None) => reflected(self.gatherer.shot, seen, irradiance),
-            (None, _) => {
-                self.misses.fetch_add(1, Ordering::Relaxed);
-                let item = [seen.pixel, seen.sample];
-                let gathered = self
-                    .gatherer
-                    .gather(caster, (&seen.site, item), |_, _, _| ());
-                self.non_finite
-                    .fetch_add(gathered.non_finite, Ordering::Relaxed);
-                reflected(self.gatherer.shot, seen, gathered.irradiance)
-            }
+        let irradiance = self.interpolate(&seen.site, found, value)?;
+        let light = match &self.directional {
+            Some(known) => self.directional(known, seen, (irradiance, found)),
+            None => reflected(self.gatherer.shot, seen, irradiance),
         };
-        light.into()
+        Some(light.into())
+    }
+
+    /// A record of the sample's own.
+    fn shade_missed(&self, caster: &Caster, seen: &Seen) -> [f32; 3] {
+        self.misses.fetch_add(1, Ordering::Relaxed);
+        let of = (&seen.site, [seen.pixel, seen.sample]);
+        let gathered = self.gatherer.gather(caster, of, |_, _, _| ());
+        let non_finite = gathered.non_finite;
+        self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
+        reflected(self.gatherer.shot, seen, gathered.irradiance).into()
     }
 
     fn background(&self) -> [f32; 3] {

@@ -1,0 +1,220 @@
+//! The contender `running-mean` of path tracing: the paths of a frame, averaged with what the frames before
+//! showed of the same surface points.
+//!
+//! The surface at the centre of each pixel is looked up in the frame before: its point then is projected with the camera
+//! then, and the pixel found is taken if it showed a point nearby with a similar normal. The mean over frames is a
+//! running one, `m ← m + (x − m)/n` with `n` counted up to the window, so that a still camera over a still
+//! scene gives the mean of all paths of the last frames.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::path_samples::sampled;
+use super::truth::Truth;
+use super::{Contender, ContenderEntry, Rendered, Shot, Site, Terms};
+use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::image::Image;
+use crate::scene::View;
+use crate::trace::RayCounter;
+
+/// Entry in the list of path tracing's contenders.
+pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
+    about: About {
+        id: "running-mean",
+        module: include_str!("running_mean.rs"),
+        aliases: &["temporal"],
+        summary: "paths averaged with those of earlier frames by reprojection",
+        source: "Nehab et al. 2007; Scherzer et al. 2007: reverse reprojection",
+        bias: Bias::Biased,
+        version: 1,
+        failures: &[
+            "light and reflections that change with time or view trail behind",
+            "a moving camera blurs, because the nearest pixel of the frame before is taken",
+        ],
+        parameters: &[
+            Parameter {
+                key: "window",
+                default: "32",
+                unit: "frames",
+                meaning: "frames that the running mean weighs at most, 1 to 65536",
+            },
+            Parameter {
+                key: "tolerance",
+                default: "2",
+                unit: "pixels",
+                meaning: "largest distance of the point shown before, in projected pixels; above 0",
+            },
+        ],
+    },
+    start: |technique, table, terms| {
+        let parameters: Parameters = parameters(table)?;
+        parameters.validate()?;
+        Ok(Box::new(RunningMean {
+            technique,
+            parameters,
+            terms,
+            histories: Vec::new(),
+        }))
+    },
+};
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Parameters {
+    window: u32,
+    tolerance: f32,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            window: 32,
+            tolerance: 2.0,
+        }
+    }
+}
+
+impl Parameters {
+    fn validate(self) -> Result<(), ParameterError> {
+        let wrong = |key: &str, expected: &str| ParameterError {
+            key: Some(key.into()),
+            message: format!("{key}: expected {expected}"),
+        };
+        if !(1..=1 << 16).contains(&self.window) {
+            return Err(wrong("window", "1 to 65536 frames"));
+        }
+        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
+            return Err(wrong("tolerance", "a number of pixels above 0"));
+        }
+        Ok(())
+    }
+}
+
+/// Least cosine of the normals of a point then and now.
+const LEAST_COSINE: f32 = 0.9;
+
+struct RunningMean<'a> {
+    technique: &'a Truth,
+    parameters: Parameters,
+    terms: Terms,
+    /// Of each viewer, by its number.
+    histories: Vec<Option<History>>,
+}
+
+/// What a viewer saw one frame earlier.
+struct History {
+    view: View,
+    size: [usize; 2],
+    /// What each pixel showed.
+    pixels: Vec<Remembered>,
+}
+
+/// What a pixel showed: the surface at its centre, if any, and its mean over frames.
+#[derive(Clone, Copy)]
+struct Remembered {
+    site: Option<Site>,
+    mean: [f32; 3],
+    frames: f32,
+}
+
+impl Contender for RunningMean<'_> {
+    fn remembers(&self) -> bool {
+        true
+    }
+
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        Ok(shots.iter().map(|shot| self.shot(shot)).collect())
+    }
+
+    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
+        Err(format!("{} has no records to replay", ENTRY.about.id))
+    }
+}
+
+impl RunningMean<'_> {
+    fn shot(&mut self, shot: &Shot) -> Rendered {
+        let samples = self.terms.budget as u32;
+        let paths = self.technique.contender_paths(shot, self.terms.seed);
+        // Each frame takes the next paths, or a still camera would average the same ones.
+        let first = shot.frame.wrapping_mul(samples);
+        let mut rendered = sampled(shot, &paths, first, samples);
+        let viewer = usize::from(shot.viewer);
+        if self.histories.len() <= viewer {
+            self.histories.resize_with(viewer + 1, || None);
+        }
+        let before = self.histories[viewer].take();
+        let counter = RayCounter::default();
+        let mut stages = std::mem::take(&mut rendered.stages);
+        let pixels = stages.time("reprojection", || {
+            self.merge(shot, (&rendered.image, before.as_ref()), &counter)
+        });
+        rendered.stages = stages;
+        rendered.rays += counter.read();
+        for (pixel, remembered) in rendered.image.pixels.iter_mut().zip(&pixels) {
+            *pixel = remembered.mean;
+        }
+        let reused = pixels.iter().filter(|p| p.frames > 1.0).count();
+        let share = reused as f64 / pixels.len().max(1) as f64;
+        rendered.found.push(("reprojected", share));
+        rendered.bytes_cache = size_of_val(pixels.as_slice());
+        self.histories[viewer] = Some(History {
+            view: shot.view.clone(),
+            size: [shot.width, shot.height],
+            pixels,
+        });
+        rendered
+    }
+
+    /// The frame's means merged with those of the frame before.
+    fn merge(
+        &self,
+        shot: &Shot,
+        (image, before): (&Image, Option<&History>),
+        counter: &RayCounter,
+    ) -> Vec<Remembered> {
+        let [_, half] = shot.view.half_tangents(shot.width, shot.height);
+        let pixel_angle = (2.0 * half / shot.height as f64) as f32;
+        let mut merged = Vec::with_capacity(image.pixels.len());
+        image
+            .pixels
+            .par_iter()
+            .enumerate()
+            .with_min_len(256)
+            .map_init(
+                || shot.tracer.caster(counter),
+                |caster, (pixel, &value)| {
+                    let mut now = Remembered {
+                        site: None,
+                        mean: value,
+                        frames: 1.0,
+                    };
+                    let Some(seen) = shot.look(caster, pixel as u32, 0) else {
+                        return now;
+                    };
+                    now.site = Some(seen.site);
+                    let nearby = self.parameters.tolerance * pixel_angle * seen.depth;
+                    if let Some(then) = before.and_then(|b| b.showing(&seen.site, nearby)) {
+                        now.frames = (then.frames + 1.0).min(self.parameters.window as f32);
+                        let (mean, value) = (Vec3::from(then.mean), Vec3::from(value));
+                        now.mean = (mean + (value - mean) / now.frames).into();
+                    }
+                    now
+                },
+            )
+            .collect_into_vec(&mut merged);
+        merged
+    }
+}
+
+impl History {
+    /// The pixel that showed a surface point, if its own lies within `nearby` (scene units).
+    fn showing(&self, site: &Site, nearby: f32) -> Option<&Remembered> {
+        let [x, y] = self.view.project(site.position.as_dvec3(), self.size)?;
+        let pixel = &self.pixels[y as usize * self.size[0] + x as usize];
+        let then = pixel.site?;
+        let same = then.position.distance(site.position) <= nearby
+            && then.normal.dot(site.normal) >= LEAST_COSINE;
+        same.then_some(pixel)
+    }
+}

@@ -1,0 +1,360 @@
+//! What every contender of every technique must do, read from the registry: a new one is tested the day it is listed.
+
+use glam::{DMat4, DVec3};
+use lightbench::entry::Bias;
+use lightbench::environment::{Environment, EnvironmentOptions};
+use lightbench::image::Image;
+use lightbench::registry::TECHNIQUES;
+use lightbench::scene::{Material, Scene, SceneDescription, ShapeDescription, ShapeSource, View};
+use lightbench::technique::{
+    Choice, Film, Passes, Rendered, Shot, Technique, TechniqueEntry, Terms, reference_pass,
+};
+use lightbench::trace::{RayCounter, Tracer};
+
+/// A technique, one of its contenders, and parameters that make both cheap.
+struct Listed {
+    entry: &'static TechniqueEntry,
+    technique: Box<dyn Technique>,
+    id: String,
+    biases: Vec<Bias>,
+    parameters: toml::Table,
+}
+
+/// Parameters of a technique that make its references and records cheap.
+fn cheap(id: &str) -> toml::Table {
+    let text = match id {
+        "ambient-occlusion" => "side = 8",
+        "irradiance-caching" => "side = 8\nreference_passes = 64",
+        "importance-caching" => "lights = 64",
+        "environment-lighting" => "reference_samples = 256\nreference_passes = 4",
+        "path-tracing" => "reference_passes = 64",
+        other => panic!("no cheap parameters for {other}: add them"),
+    };
+    text.parse().expect("toml")
+}
+
+fn all() -> Vec<Listed> {
+    let mut all = Vec::new();
+    for entry in TECHNIQUES.iter().filter(|entry| entry.has_contenders()) {
+        for listed in (entry.contenders)() {
+            let mut parameters = toml::Table::new();
+            if listed.id.starts_with("SD") {
+                parameters.insert("min_cluster_size".into(), 1.into());
+            }
+            if listed.id == "per-sample" {
+                parameters.insert("passes".into(), 2.into());
+            }
+            let technique = (entry.build)(&cheap(entry.about.id)).expect("parameters");
+            let started = technique.start(&listed.id, &parameters, Terms::default());
+            match started.map(|started| started.id) {
+                Ok(id) => assert_eq!(id, listed.id, "canonical"),
+                Err(error) => {
+                    // Gradients are no use to importance caching, and it says so.
+                    assert_eq!(error.key.as_deref(), Some("interpolation"), "{error}");
+                    continue;
+                }
+            }
+            all.push(Listed {
+                entry,
+                technique,
+                id: listed.id,
+                biases: listed.parts.iter().map(|part| part.bias).collect(),
+                parameters,
+            });
+        }
+    }
+    all
+}
+
+impl Listed {
+    fn name(&self) -> String {
+        format!("{} {}", self.entry.about.id, self.id)
+    }
+
+    fn choice(&self, budget: usize, seed: u64) -> Choice<'_> {
+        Choice {
+            method: &self.id,
+            parameters: &self.parameters,
+            terms: Terms { budget, seed },
+        }
+    }
+
+    /// A budget that every technique can afford.
+    fn budget(&self) -> usize {
+        match self.entry.unit {
+            lightbench::technique::Unit::Caches => 24,
+            lightbench::technique::Unit::Lights => 4,
+            lightbench::technique::Unit::Samples => 2,
+        }
+    }
+
+    fn remembers(&self) -> bool {
+        let started = self
+            .technique
+            .start(&self.id, &self.parameters, Terms::default());
+        started.expect("starts").contender.remembers()
+    }
+}
+
+/// Two views of a room with a lamp, open to the sky.
+fn room(light: f32) -> SceneDescription {
+    let shape = |name: &str, source, to_world| ShapeDescription {
+        to_world,
+        ..ShapeDescription::new(name, source)
+    };
+    let floor =
+        DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2) * DMat4::from_scale(DVec3::splat(2.0));
+    let block = DMat4::from_translation(DVec3::new(0.3, 0.4, -0.2))
+        * DMat4::from_rotation_y(0.4)
+        * DMat4::from_scale(DVec3::splat(0.4));
+    let mut lamp = shape(
+        "lamp",
+        ShapeSource::Rectangle,
+        DMat4::from_translation(DVec3::new(0.0, 2.5, 0.0))
+            * DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2)
+            * DMat4::from_scale(DVec3::splat(0.5)),
+    );
+    lamp.emission = Some([light; 3]);
+    let eye = |x: f64| [DVec3::new(x, 1.6, 3.0), DVec3::new(0.0, 0.3, 0.0), DVec3::Y];
+    SceneDescription {
+        name: "room".into(),
+        views: vec![
+            View::look_at("left", eye(-1.0), 50.0, [16, 10]),
+            View::look_at("right", eye(1.2), 50.0, [16, 10]),
+        ],
+        materials: vec![Material::diffuse("grey", [0.6, 0.5, 0.4])],
+        shapes: vec![
+            shape("floor", ShapeSource::Rectangle, floor),
+            shape("block", ShapeSource::Cube, block),
+            lamp,
+        ],
+        ..SceneDescription::default()
+    }
+}
+
+/// Nothing but what is seen: no surface in front of the camera.
+fn nothing_seen() -> SceneDescription {
+    let mut description = room(0.0);
+    for view in &mut description.views {
+        view.forward = -view.forward;
+        view.right = -view.right;
+    }
+    description
+}
+
+struct World {
+    scene: Scene,
+    tracer: Tracer,
+}
+
+impl World {
+    fn new(description: &SceneDescription, technique: &dyn Technique, sky: f32) -> Self {
+        let mut scene = Scene::build(description, technique.needs()).expect("a scene");
+        let mut map = Image::new(8, 4);
+        map.pixels.fill([sky; 3]);
+        map.pixels[10] = [4.0 * sky; 3];
+        scene.environment = technique
+            .needs()
+            .environment
+            .then(|| Environment::from_image(&map, &EnvironmentOptions::default()).expect("a map"));
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        Self { scene, tracer }
+    }
+
+    fn shot(&self, listed: &Listed, viewer: u16, spp: u32) -> Shot<'_> {
+        let view = &self.scene.views[usize::from(viewer)];
+        let film = Film {
+            width: 16,
+            height: 10,
+            spp,
+        };
+        let technique = listed.technique.as_ref();
+        let mut shot = Shot::exposed_for(technique, (&self.scene, &self.tracer), view, film);
+        shot.viewer = viewer;
+        shot.layer = technique.shared_layer(&shot);
+        shot
+    }
+}
+
+/// Everything of a result that must not depend on threads, viewers or frames.
+fn fingerprint(rendered: &Rendered) -> String {
+    let bits: Vec<[u32; 3]> = (rendered.image.pixels.iter())
+        .map(|pixel| pixel.map(f32::to_bits))
+        .collect();
+    format!(
+        "{bits:?} {:?} {} {:?}",
+        rendered.rays, rendered.lookups, rendered.found
+    )
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let pool = |threads| {
+        let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        builder.build().expect("a pool")
+    };
+    let (one, four) = (pool(1), pool(4));
+    for listed in all() {
+        let world = World::new(&room(8.0), listed.technique.as_ref(), 0.5);
+        let shot = world.shot(&listed, 0, 2);
+        let choice = listed.choice(listed.budget(), 3);
+        let render = || choice.still(listed.technique.as_ref(), &shot, None);
+        let (a, b) = (one.install(render), four.install(render));
+        let (a, b) = (a.expect("an image"), b.expect("an image"));
+        assert_eq!(fingerprint(&a), fingerprint(&b), "{}", listed.name());
+    }
+}
+
+#[test]
+fn two_viewers_see_what_each_sees_alone_and_frames_repeat_without_memory() {
+    for listed in all().iter().filter(|listed| !listed.remembers()) {
+        let technique = listed.technique.as_ref();
+        let world = World::new(&room(8.0), technique, 0.5);
+        let shots: Vec<Shot> = (0..2).map(|v| world.shot(listed, v, 1)).collect();
+        let choice = listed.choice(listed.budget(), 5);
+        let alone: Vec<String> = shots
+            .iter()
+            .map(|shot| fingerprint(&choice.still(technique, shot, None).expect("an image")))
+            .collect();
+        let started = technique.start(choice.method, choice.parameters, choice.terms);
+        let mut contender = started.expect("starts").contender;
+        for frame in 0..2 {
+            let mut images = contender.frame(&shots).expect("images");
+            for (viewer, rendered) in images.iter_mut().enumerate() {
+                shots[viewer].add_layer(&mut rendered.image);
+                let name = format!("{} frame {frame} viewer {viewer}", listed.name());
+                assert_eq!(fingerprint(rendered), alone[viewer], "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scenes_without_light_and_views_of_nothing_are_exact() {
+    for listed in all() {
+        let technique = listed.technique.as_ref();
+        for (description, sky, what) in [
+            (room(0.0), 0.0, "black"),
+            (nothing_seen(), 0.5, "nothing seen"),
+        ] {
+            let world = World::new(&description, technique, sky);
+            let shot = world.shot(&listed, 0, 2);
+            let choice = listed.choice(listed.budget(), 1);
+            let rendered = choice.still(technique, &shot, None).expect("an image");
+            let name = format!("{}, {what}", listed.name());
+            assert_eq!(rendered.non_finite, 0, "{name}");
+            let expected = match (listed.entry.about.id, what) {
+                // Occlusion needs no light: surfaces have it, and open sky is 1.
+                ("ambient-occlusion", "black") => continue,
+                ("ambient-occlusion", _) => 1.0,
+                (_, "black") => 0.0,
+                _ => {
+                    let function = technique.shading_function(&shot);
+                    let counter = RayCounter::default();
+                    let (image, _) = reference_pass(function.as_ref(), &shot, 0, &counter);
+                    for (a, b) in rendered.image.pixels.iter().zip(&image.pixels) {
+                        (0..3).for_each(|c| assert!((a[c] - b[c]).abs() <= 1e-4 * b[c], "{name}"));
+                    }
+                    continue;
+                }
+            };
+            let exact = rendered.image.pixels.iter().flatten();
+            assert!(exact.clone().all(|v| *v == expected), "{name}");
+        }
+    }
+}
+
+/// Mean over the image, and its standard error over repeats.
+fn mean_and_error(images: &[Image]) -> (f64, f64) {
+    let of = |image: &Image| {
+        let values = image.pixels.iter().flatten().map(|v| f64::from(*v));
+        values.sum::<f64>() / (3 * image.pixels.len()) as f64
+    };
+    let means: Vec<f64> = images.iter().map(of).collect();
+    let n = means.len() as f64;
+    let mean = means.iter().sum::<f64>() / n;
+    let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
+}
+
+#[test]
+fn contenders_that_call_themselves_unbiased_are() {
+    let mut tested = 0;
+    for listed in all() {
+        // Importance caching is unbiased whatever places its records; others are if all their parts are.
+        let of_technique = listed.entry.about.id == "importance-caching";
+        let unbiased = |bias: &Bias| matches!(bias, Bias::Unbiased | Bias::Exact);
+        if !of_technique && !listed.biases.iter().all(unbiased) {
+            continue;
+        }
+        tested += 1;
+        let technique = listed.technique.as_ref();
+        let world = World::new(&room(8.0), technique, 0.5);
+        let shot = world.shot(&listed, 0, 1);
+        let function = technique.shading_function(&shot);
+        let passes = technique.reference_samples(shot.spp);
+        let references: Vec<Image> = (0..8)
+            .map(|part| {
+                let random = technique.reference_is_random();
+                let first = if random { part * passes } else { 0 };
+                let mut mean = Passes::starting_at(first, &shot, function.as_ref());
+                (0..passes).for_each(|_| mean.add(&RayCounter::default()));
+                mean.mean()
+            })
+            .collect();
+        let images: Vec<Image> = (0..24)
+            .map(|seed| {
+                let choice = listed.choice(listed.budget(), 100 + seed);
+                choice
+                    .still(technique, &shot, None)
+                    .expect("an image")
+                    .image
+            })
+            .collect();
+        let (truth, truth_error) = mean_and_error(&references);
+        let (mean, error) = mean_and_error(&images);
+        let z = (mean - truth) / (error.hypot(truth_error) + 1e-6 * truth);
+        assert!(z.abs() < 4.5, "{}: {mean} {truth}, z = {z}", listed.name());
+    }
+    assert!(tested >= 8, "{tested} contenders");
+}
+
+/// A still camera over a still scene: the running mean of frames is the mean of all their paths.
+#[test]
+fn memory_over_a_still_scene_is_worth_more_paths() {
+    let listed = all();
+    let of = |id: &str| {
+        let found = listed
+            .iter()
+            .find(|l| l.id == id && l.entry.about.id == "path-tracing");
+        found.expect("listed")
+    };
+    let (paths, mean) = (of("paths"), of("running-mean"));
+    assert!(mean.remembers() && !paths.remembers());
+    let technique = mean.technique.as_ref();
+    let world = World::new(&room(8.0), technique, 0.5);
+    let start = technique.start("running-mean", &toml::Table::new(), mean.choice(2, 9).terms);
+    let mut contender = start.expect("starts").contender;
+    let mut last = Image::default();
+    for frame in 0..4 {
+        let mut shot = world.shot(mean, 0, 1);
+        shot.frame = frame;
+        let images = contender.frame(&[shot]).expect("images");
+        if frame == 0 {
+            let still = paths
+                .choice(2, 9)
+                .still(technique, &world.shot(paths, 0, 1), None);
+            assert_eq!(
+                images[0].image.pixels,
+                still.expect("an image").image.pixels
+            );
+        }
+        last.clone_from(&images[0].image);
+    }
+    let all = paths
+        .choice(8, 9)
+        .still(technique, &world.shot(paths, 0, 1), None);
+    for (a, b) in last.pixels.iter().zip(&all.expect("an image").image.pixels) {
+        (0..3).for_each(|c| assert!((a[c] - b[c]).abs() <= 1e-5 * (1.0 + b[c]), "{a:?} {b:?}"));
+    }
+}
