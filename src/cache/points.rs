@@ -2,8 +2,22 @@
 
 use glam::Vec3;
 
+use crate::trace::Hit;
+
 /// Marks a pixel that sees the background.
 pub const NO_POINT: u32 = u32::MAX;
+
+/// The spot of a shading point on its surface, and how the camera came to it: what shading it takes, without another
+/// camera ray.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sight {
+    /// Triangle and barycentric weights.
+    pub hit: Hit,
+    /// Unit direction of the last ray.
+    pub direction: Vec3,
+    /// Product of the specular reflections and transmissions on the way.
+    pub throughput: Vec3,
+}
 
 /// What placements work on: points seen by the camera, scene units, in row-major pixel order.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +31,8 @@ pub struct ShadingPoints {
     pub depth: Vec<f32>,
     /// Row-major pixel index of each point.
     pub pixel: Vec<u32>,
+    /// Empty where nothing is shaded.
+    pub sight: Vec<Sight>,
     /// Film size in pixels.
     pub width: usize,
     pub height: usize,
@@ -35,7 +51,8 @@ impl ShadingPoints {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.len() * (3 * 12 + 4 + 4) + self.point_of_pixel.len() * 4
+        let points = self.len() * (3 * size_of::<Vec3>() + 2 * size_of::<u32>());
+        points + size_of_val(self.sight.as_slice()) + size_of_val(self.point_of_pixel.as_slice())
     }
 
     pub fn is_empty(&self) -> bool {

@@ -12,6 +12,7 @@ use super::light_files::write_lights;
 use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
+use crate::memory;
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::{Scene, find_environment, find_scene};
 use crate::technique::{Choice, Film, Rendered, Search, Shot, Technique, TechniqueEntry, Terms};
@@ -69,6 +70,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         outcome: Outcome::default(),
         experiment: plan.name.clone(),
         keeps_lights: config.figure.iter().any(|f| f.kind.shows_lights()),
+        bytes_scene: 0,
     };
     runner
         .store
@@ -113,6 +115,8 @@ struct Runner {
     experiment: String,
     /// Whether a figure asks for the lights of the jobs.
     keeps_lights: bool,
+    /// Bytes of the loaded scene and its trees.
+    bytes_scene: u64,
 }
 
 impl Runner {
@@ -121,10 +125,12 @@ impl Runner {
         let technique = build_technique(jobs[0])?;
         self.progress.stage(&format!("{}: loading", jobs[0].scene));
         let progress = &self.progress;
+        let held_before = memory::held();
         let loaded = progress.time("loading", || load_scene(jobs[0], technique.as_ref()))?;
         let tracer = progress.time("building trees", || {
             Tracer::new(&loaded.positions, &loaded.triangles)
         });
+        self.bytes_scene = memory::held().saturating_sub(held_before) as u64;
         for jobs in jobs.chunk_by(|a, b| a.reference == b.reference) {
             self.shot(jobs, (&loaded, &tracer), fail_fast)?;
             if fail_fast && self.outcome.failed > 0 {
@@ -191,6 +197,7 @@ impl Runner {
             ..Row::default()
         };
         row.describe(job, &self.experiment);
+        row.bytes_scene = self.bytes_scene;
         let start = Instant::now();
         let options = CompareOptions {
             exposure: technique.exposure_stops(shot.scene),

@@ -37,6 +37,7 @@ fn plane(width: usize, height: usize) -> ShadingPoints {
         geometric_normal: vec![Vec3::Y; count],
         depth: vec![1.0; count],
         pixel: (0..count as u32).collect(),
+        sight: Vec::new(),
         width,
         height,
         point_of_pixel: (0..count as u32).collect(),

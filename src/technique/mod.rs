@@ -20,7 +20,7 @@ mod shot;
 mod stages;
 pub mod truth;
 
-pub use cached::{CachedFunction, CachedTechnique, Lookup, RecordSite};
+pub use cached::{CachedFunction, CachedTechnique, Lookup};
 pub use contender::{
     Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms,
 };

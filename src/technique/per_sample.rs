@@ -8,8 +8,7 @@ use serde::Deserialize;
 
 use super::cached::CachedTechnique;
 use super::{
-    Clock, Contender, ContenderEntry, Passes, RecordSite, Rendered, Search, Shot, Terms,
-    shading_points,
+    Clock, Contender, ContenderEntry, Passes, Rendered, Search, Seen, Shot, Terms, shading_points,
 };
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, Parameter};
@@ -116,8 +115,8 @@ impl PerSample<'_> {
         let mut spent = counter.read();
         let count = MEASURED.min(points.len());
         let place = |i: usize| (i as f64 * GOLDEN).fract() * points.len() as f64;
-        let sites: Vec<RecordSite> = (0..count)
-            .map(|i| RecordSite::of(&points, place(i) as u32))
+        let sites: Vec<Seen> = (0..count)
+            .map(|i| Seen::of(&points, place(i) as u32))
             .collect();
         let counter = RayCounter::default();
         let how = (Interpolation::default(), self.terms.seed);

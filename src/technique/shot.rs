@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Technique;
-use crate::cache::{NO_POINT, ShadingPoints};
+use crate::cache::{NO_POINT, ShadingPoints, Sight};
 use crate::image::Image;
 use crate::sample::Rng;
 use crate::scene::{Material, Scene, View};
@@ -83,6 +83,27 @@ pub struct Seen {
     pub direction: Vec3,
     /// Product of the specular reflections and transmissions on the way.
     pub throughput: Vec3,
+}
+
+impl Seen {
+    /// What the centre of a pixel sees, as a shading point (by its index) remembers it.
+    pub fn of(points: &ShadingPoints, point: u32) -> Self {
+        let i = point as usize;
+        let Sight {
+            hit,
+            direction,
+            throughput,
+        } = points.sight[i];
+        Self {
+            site: Site::of(points, point),
+            depth: points.depth[i],
+            pixel: points.pixel[i],
+            sample: 0,
+            hit,
+            direction,
+            throughput,
+        }
+    }
 }
 
 /// A camera sample that sees no surface.
@@ -358,6 +379,11 @@ pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
         geometric_normal: seen.each(|seen| seen.site.geometric_normal),
         depth: seen.each(|seen| seen.depth),
         pixel: seen.each(|seen| seen.pixel),
+        sight: seen.each(|seen| Sight {
+            hit: seen.hit,
+            direction: seen.direction,
+            throughput: seen.throughput,
+        }),
         width: shot.width,
         height: shot.height,
         point_of_pixel,

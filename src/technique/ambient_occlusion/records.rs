@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::gather::{Change, Gatherer, Scratch};
 use crate::cache::{Extrapolation, Gradient, Neighbour};
 use crate::sample::HemisphereEdges;
-use crate::technique::{CachedFunction, RecordSite, Seen, Shot, Site};
+use crate::technique::{CachedFunction, Seen, Shot, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// Records that one task evaluates.
@@ -55,7 +55,7 @@ impl<'a> VisibilityRecords<'a> {
 }
 
 impl CachedFunction for VisibilityRecords<'_> {
-    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter) {
+    fn evaluate(&mut self, sites: &[Seen], counter: &RayCounter) {
         let first = self.values.len();
         let bits = (first + sites.len()) * self.words;
         self.occluded.resize(bits, 0);
@@ -83,7 +83,7 @@ impl CachedFunction for VisibilityRecords<'_> {
             .collect();
         self.values.extend(made.iter().map(|(value, _)| value));
         if let Some(gradient) = &mut self.gradient {
-            for (RecordSite { site, .. }, (_, change)) in sites.iter().zip(made) {
+            for (Seen { site, .. }, (_, change)) in sites.iter().zip(made) {
                 gradient.add((site.position, site.normal), change);
             }
         }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Lookup;
-use crate::cache::{Interpolation, Neighbour, ShadingPoints};
+use crate::cache::{Interpolation, Neighbour};
 use crate::entry::ParameterError;
 use crate::technique::{Rendered, Seen, ShadingFunction, Shot, Site, Technique};
 use crate::trace::{Caster, RayCounter};
@@ -39,28 +39,10 @@ pub trait CachedTechnique: Technique {
     fn finish(&self, _: &Shot, _: &mut Rendered) {}
 }
 
-/// A shading point that becomes a record.
-#[derive(Clone, Copy, Debug)]
-pub struct RecordSite {
-    pub site: Site,
-    /// The pixel whose centre sees it; its camera ray tells direction and material.
-    pub pixel: u32,
-}
-
-impl RecordSite {
-    /// A shading point by its index.
-    pub fn of(points: &ShadingPoints, point: u32) -> Self {
-        Self {
-            site: Site::of(points, point),
-            pixel: points.pixel[point as usize],
-        }
-    }
-}
-
 /// A function that is evaluated at few records and interpolated everywhere else.
 pub trait CachedFunction: Sync {
     /// Evaluates at `sites` and appends the records.
-    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter);
+    fn evaluate(&mut self, sites: &[Seen], counter: &RayCounter);
 
     /// Summed absolute difference of the gathering samples of two records.
     fn difference(&self, a: u32, b: u32) -> f32;
@@ -71,7 +53,7 @@ pub trait CachedFunction: Sync {
 
     /// What the function is multiplied by on its way to the image where the camera sees a shading
     /// point.
-    fn importance(&self, _: &Caster, _: &RecordSite) -> Vec3 {
+    fn importance(&self, _: &Seen) -> Vec3 {
         Vec3::ONE
     }
 

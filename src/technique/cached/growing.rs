@@ -3,16 +3,15 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{CachedFunction, RecordSite, select};
+use super::{CachedFunction, select};
 use crate::cache::ShadingPoints;
 use crate::placement;
-use crate::technique::{Shot, Site, Stages};
+use crate::technique::{Seen, Site, Stages};
 use crate::trace::RayCounter;
 
 /// The records of a job while a refinement adds to them.
 pub(super) struct Growing<'a, 'f> {
     function: &'a mut (dyn CachedFunction + 'f),
-    shot: &'a Shot<'a>,
     points: &'a ShadingPoints,
     /// Of each point; empty if nothing is predicted.
     importance: Vec<Vec3>,
@@ -27,12 +26,10 @@ impl<'a, 'f> Growing<'a, 'f> {
     /// The records that a function holds.
     pub fn new(
         function: &'a mut (dyn CachedFunction + 'f),
-        shot: &'a Shot<'a>,
         (points, counter): (&'a ShadingPoints, &'a RayCounter),
     ) -> Self {
         Self {
             function,
-            shot,
             points,
             importance: Vec::new(),
             counter,
@@ -43,14 +40,11 @@ impl<'a, 'f> Growing<'a, 'f> {
 
     /// Works out how much each point matters, which predictions need.
     pub fn weigh(&mut self) {
-        let (shot, function, points) = (self.shot, &*self.function, self.points);
-        let caster = || shot.tracer.caster(self.counter);
+        let (function, points) = (&*self.function, self.points);
         self.importance = (0..points.len() as u32)
             .into_par_iter()
             .with_min_len(1024)
-            .map_init(caster, |caster, i| {
-                function.importance(caster, &RecordSite::of(points, i))
-            })
+            .map(|i| function.importance(&Seen::of(points, i)))
             .collect();
     }
 }

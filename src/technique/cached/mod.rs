@@ -6,8 +6,8 @@ use toml::Table;
 use super::distribution::distributions;
 use super::per_sample::PER_SAMPLE;
 use super::{
-    Clock, Contender, ContenderEntry, Distribution, Listed, PlacedRecord, Rendered, Search, Shot,
-    Site, Stages, Started, Terms, shading_points,
+    Clock, Contender, ContenderEntry, Distribution, Listed, PlacedRecord, Rendered, Search, Seen,
+    Shot, Site, Stages, Started, Terms, shading_points,
 };
 use crate::cache::{Interpolation, RecordSearch, SearchRule, ShadingPoints};
 use crate::entry::ParameterError;
@@ -23,7 +23,7 @@ mod lookup;
 mod replay;
 mod shader;
 
-pub use function::{CachedFunction, CachedTechnique, RecordSite};
+pub use function::{CachedFunction, CachedTechnique};
 pub use lookup::Lookup;
 
 use growing::Growing;
@@ -252,7 +252,7 @@ impl<'a> Setting<'a> {
         };
         if let Some(refinement) = refinement.filter(|_| refined > 0) {
             let search = search_over(&points, &sites, rule(function.as_ref()));
-            let mut growing = Growing::new(function.as_mut(), shot, (&points, counter));
+            let mut growing = Growing::new(function.as_mut(), (&points, counter));
             let mut whole = Stages::default();
             let more = whole.time("refinement", || {
                 if refinement.predicts() {
@@ -299,8 +299,8 @@ impl<'a> Setting<'a> {
     }
 }
 
-fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<RecordSite> {
-    sites.iter().map(|&i| RecordSite::of(points, i)).collect()
+fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<Seen> {
+    sites.iter().map(|&i| Seen::of(points, i)).collect()
 }
 
 fn search_over(points: &ShadingPoints, sites: &[u32], rule: SearchRule) -> RecordSearch {

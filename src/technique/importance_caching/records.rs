@@ -9,7 +9,7 @@ use crate::cache::{Neighbour, RecordSearch, SearchRule};
 use crate::image::luminance;
 use crate::sample::Rng;
 use crate::shade::{Gathering, Neighbourhood, Receiver, VirtualLights};
-use crate::technique::{CachedFunction, Lookup, RecordSite, Seen, Shot, Site};
+use crate::technique::{CachedFunction, Lookup, Seen, Shot, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// Keys the choice of lights at camera samples.
@@ -70,13 +70,10 @@ impl<'a> ImportanceRecords<'a> {
     fn fill(
         &self,
         caster: &Caster,
-        (mut record, site, radius): (RecordMut, &RecordSite, f32),
+        (mut record, site, radius): (RecordMut, &Seen, f32),
         scratch: &mut Scratch,
     ) {
-        let Some(seen) = self.shot.look(caster, site.pixel, 0) else {
-            return;
-        };
-        let to = receiver(self.shot, &seen);
+        let to = receiver(self.shot, site);
         let [full, unoccluded, bounded] = &mut scratch.values;
         full.fill(0.0);
         unoccluded.fill(0.0);
@@ -107,7 +104,7 @@ pub fn receiver<'a>(shot: &'a Shot, seen: &Seen) -> Receiver<'a> {
 }
 
 impl CachedFunction for ImportanceRecords<'_> {
-    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter) {
+    fn evaluate(&mut self, sites: &[Seen], counter: &RayCounter) {
         let first = self.positions.len();
         self.positions.extend(sites.iter().map(|s| s.site.position));
         self.normals.extend(sites.iter().map(|s| s.site.normal));

@@ -13,7 +13,7 @@ use crate::scene::{
 };
 use crate::shade::Gathering;
 use crate::technique::{
-    CachedFunction, Choice, Film, Passes, RecordSite, Seen, Shot, Technique, Terms, reference_pass,
+    CachedFunction, Choice, Film, Passes, Seen, Shot, Technique, Terms, reference_pass,
 };
 use crate::trace::{RayCounter, Tracer};
 
@@ -52,14 +52,7 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
         let seen: Vec<Seen> = (0..shot.pixels() as u32)
             .filter_map(|pixel| shot.look(&caster, pixel, 0))
             .collect();
-        let sites: Vec<RecordSite> = seen
-            .iter()
-            .step_by(spacing)
-            .map(|seen| RecordSite {
-                site: seen.site,
-                pixel: seen.pixel,
-            })
-            .collect();
+        let sites: Vec<Seen> = seen.iter().step_by(spacing).copied().collect();
         let mut records = technique.records(shot, 7);
         records.evaluate(&sites, &counter);
         let mut with_empty = 0;

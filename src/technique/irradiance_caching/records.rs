@@ -13,7 +13,7 @@ use super::panorama::Panoramas;
 use super::reflected;
 use crate::cache::{Extrapolation, Gradient, Neighbour};
 use crate::image::luminance;
-use crate::technique::{CachedFunction, RecordSite, Seen, Site};
+use crate::technique::{CachedFunction, Seen, Site};
 use crate::trace::{Caster, RayCounter};
 
 /// The records of one job.
@@ -115,7 +115,7 @@ impl<'a> IrradianceRecords<'a> {
 }
 
 impl CachedFunction for IrradianceRecords<'_> {
-    fn evaluate(&mut self, sites: &[RecordSite], counter: &RayCounter) {
+    fn evaluate(&mut self, sites: &[Seen], counter: &RayCounter) {
         let gatherer = &self.gatherer;
         let directions = gatherer.directions.len();
         let first = self.irradiance.len();
@@ -155,7 +155,7 @@ impl CachedFunction for IrradianceRecords<'_> {
         let non_finite = made.iter().map(|(g, _)| g.non_finite).sum();
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
         if let Some(known) = &mut self.directional {
-            for (RecordSite { site, .. }, (_, made)) in sites.iter().zip(made) {
+            for (Seen { site, .. }, (_, made)) in sites.iter().zip(made) {
                 let (change, blocks) = made.expect("made of every record");
                 known.changes.add((site.position, site.normal), change);
                 known.panoramas.add(site.normal, &blocks);
@@ -177,10 +177,8 @@ impl CachedFunction for IrradianceRecords<'_> {
         (self.value(record, of), 1.0)
     }
 
-    fn importance(&self, caster: &Caster, of: &RecordSite) -> Vec3 {
-        let shot = self.gatherer.shot;
-        let seen = shot.look(caster, of.pixel, 0);
-        seen.map_or(Vec3::ZERO, |seen| reflected(shot, &seen, Vec3::ONE))
+    fn importance(&self, of: &Seen) -> Vec3 {
+        reflected(self.gatherer.shot, of, Vec3::ONE)
     }
 
     /// The median of the records' harmonic mean distances; without any, a tenth of the diagonal.

@@ -1,0 +1,90 @@
+//! The truths against small images that Mitsuba 3 rendered from the same files (`scripts/foreign-pairs.py`), and the
+//! exact occlusion function against one of them: foreign truth that every checkout has.
+
+mod truth_support;
+
+use std::path::PathBuf;
+
+use lightbench::image::{Image, read};
+use lightbench::registry::technique;
+use lightbench::scene::{Needs, Scene, find_scene};
+use lightbench::technique::{Film, Passes, Shot};
+use lightbench::trace::{RayCounter, Tracer};
+use truth_support::{agreement, small_render};
+
+const SIDE: usize = 64;
+
+fn file(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/foreign")
+        .join(name)
+}
+
+fn scene(name: &str) -> Scene {
+    let path = file(&format!("{name}.xml"));
+    let description = find_scene(&path.to_string_lossy()).expect("a scene");
+    Scene::build(&description, Needs::ALL).expect("builds")
+}
+
+/// Their image, and the variance of its pixels.
+fn theirs(name: &str) -> (Image, Image) {
+    let mean = read(&file(&format!("{name}.exr"))).expect("an image");
+    let error = read(&file(&format!("{name}.noise.exr"))).expect("an image");
+    (mean, error.map(|e| e.map(|e| e * e)))
+}
+
+fn check(name: &str, samples: u64) {
+    let scene = scene(name);
+    let (mean, variance) = theirs(name);
+    let ours = small_render(&scene, [SIDE, SIDE], samples, scene.max_depth);
+    let found = agreement(&ours, &mean, &variance, [4.0, 0.004]);
+    println!("{name}: {found:?}");
+    assert!((0.7..1.3).contains(&found.z_rms), "{name}: {found:?}");
+    assert!(found.bad_blocks <= 0.004, "{name}: {found:?}");
+    for (ratio, sigma) in found.ratio.iter().zip(found.ratio_sigma) {
+        let bound = 3.5 * sigma + 1e-3;
+        assert!((ratio - 1.0).abs() < bound, "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn a_room_with_a_lamp_and_three_bounces() {
+    check("room", 256);
+}
+
+#[test]
+fn metal_under_a_lamp_and_a_sky() {
+    check("metals", 256);
+}
+
+#[test]
+fn a_white_scene_under_a_white_sky() {
+    check("sky", 128);
+}
+
+/// White surfaces under a sky of 1 reflect what is open of the sky: cached occlusion's own reference.
+#[test]
+fn occlusion_is_what_a_white_scene_reflects_of_a_white_sky() {
+    let scene = scene("sky");
+    let (mean, _) = theirs("sky");
+    let parameters = "side = 24\ndistance = 1e6".parse().expect("toml");
+    let entry = technique("ambient-occlusion").expect("registered");
+    let occlusion = (entry.build)(&parameters).expect("parameters");
+    let tracer = Tracer::new(&scene.positions, &scene.triangles);
+    let film = Film {
+        width: SIDE,
+        height: SIDE,
+        spp: 16,
+    };
+    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let function = occlusion.shading_function(&shot);
+    let mut passes = Passes::new(&shot, function.as_ref());
+    (0..16).for_each(|_| passes.add(&RayCounter::default()));
+    let ours = passes.mean();
+    let pairs = ours.pixels.iter().zip(&mean.pixels);
+    let differences: Vec<f64> = pairs.map(|(a, b)| f64::from(a[0] - b[0])).collect();
+    let n = differences.len() as f64;
+    let bias = differences.iter().sum::<f64>() / n;
+    let rmse = (differences.iter().map(|d| d * d).sum::<f64>() / n).sqrt();
+    assert!(bias.abs() < 1e-3 && rmse < 0.02, "bias {bias}, RMSE {rmse}");
+}
