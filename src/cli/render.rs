@@ -6,7 +6,7 @@ use super::args::{ContenderArgs, RenderArgs};
 use super::exit::{self, Failure};
 use super::out::say;
 use super::run::set_threads;
-use crate::experiment::Override;
+use crate::experiment::{Override, method_fits, scene_fits};
 use crate::image::{Attributes, Layer, write_exr, write_png};
 use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
 use crate::technique::{Contender, Film, Frame, Method, Passes, Rendered, Stages, Technique};
@@ -40,7 +40,7 @@ impl Prepared {
         if let Some(key) = parameters.keys().next().filter(|_| is_reference) {
             let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
             return Err(Failure::usage(format!(
-                "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, environment of the scene",
+                "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, metres_per_unit, environment of the scene",
                 entry.about.id,
                 known.join(", ")
             )));
@@ -49,6 +49,12 @@ impl Prepared {
             true => None,
             false => Some(Method::new(entry, name, &parameters)?),
         };
+        if let Some(method) = &method {
+            method_fits(entry, method)?;
+        }
+        scene_fits(entry, &description).map_err(Failure::usage)?;
+        // One image is for looking at: what is absent of it is told, but no light may be.
+        description.require_files(technique.needs(), true)?;
         let view = match &args.view {
             None => 0,
             Some(name) => {
@@ -73,6 +79,9 @@ impl Prepared {
             return Err(Failure::usage("--spp must be at least 1"));
         }
         let scene = Scene::build(&description, technique.needs())?;
+        for note in scene.report.sentences() {
+            eprintln!("note: {note}");
+        }
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
         Ok(Self {
             technique,
@@ -192,15 +201,17 @@ fn settings(
             )));
         };
         match key.as_str() {
-            "max_depth" | "ao_distance" => {
+            "max_depth" | "ao_distance" | "metres_per_unit" => {
                 let number = value.as_integer().map(|i| i as f64).or(value.as_float());
-                let number = number.filter(|n| *n > 0.0).ok_or_else(|| {
-                    Failure::usage(format!("--set {text}: expected a positive number"))
-                })?;
-                if key == "max_depth" {
-                    description.max_depth = number as u32;
-                } else {
-                    description.ao_distance = Some(number);
+                let number = number
+                    .filter(|n| *n > 0.0 && n.is_finite())
+                    .ok_or_else(|| {
+                        Failure::usage(format!("--set {text}: expected a positive number"))
+                    })?;
+                match key.as_str() {
+                    "max_depth" => description.max_depth = number as u32,
+                    "ao_distance" => description.ao_distance = Some(number),
+                    _ => description.metres_per_unit = number,
                 }
             }
             "environment" => description.environment = Some(environment(value)?),
@@ -278,6 +289,8 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         .iter()
         .map(|(key, value)| ((*key).to_owned(), (*value).into()))
         .collect();
+    let mut notes = prepared.scene.report.sentences();
+    notes.extend_from_slice(&rendered.notes);
     if args.json {
         let record = serde_json::json!({
             "scene": prepared.scene.name,
@@ -297,7 +310,7 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
             "seconds_total": rendered.stages.total(),
             "seconds": stages,
             "found": found,
-            "notes": rendered.notes,
+            "notes": notes,
         });
         say!("{record:#}");
     } else {
