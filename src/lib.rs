@@ -6,13 +6,14 @@
 //!
 //! The modules import downwards only:
 //! `cli → experiment, report → technique → placement, cache, environment, shade → scene, trace,
-//! sample → image, memory`.
+//! sample → image, files, memory`.
 
 pub mod cache;
 pub mod cli;
 pub mod entry;
 pub mod environment;
 pub mod experiment;
+mod files;
 pub mod image;
 mod memory;
 pub mod metric;

@@ -7,6 +7,11 @@ use std::process::Stdio;
 
 use assert_cmd::Command;
 
+#[path = "cli/folders.rs"]
+mod folders;
+#[path = "cli/planning.rs"]
+mod planning;
+
 /// A small experiment on a scene of primitives, a second or two in a debug build.
 const TINY: &str = r#"
 name = "tiny"

@@ -167,7 +167,8 @@ pub struct ContenderArgs {
     /// Worker threads; default: all
     #[arg(long)]
     pub threads: Option<usize>,
-    /// A parameter of the method or technique, or max_depth, environment, ao_distance of the scene
+    /// A parameter of the method or technique, or max_depth, environment, ao_distance,
+    /// metres_per_unit of the scene
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub settings: Vec<String>,
 }

@@ -33,7 +33,7 @@ pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
         writer.write_record(&cells)?;
     }
     let bytes = writer.into_inner()?;
-    std::fs::write(&args.out, bytes)?;
+    crate::files::write(&args.out, bytes)?;
     eprintln!("{} records", rendered.records.len());
     Ok(exit::OK)
 }

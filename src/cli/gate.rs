@@ -35,7 +35,7 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     }
     say!("{} gates, {failed_jobs} failed jobs", gates.len());
     if let Some(file) = &args.junit {
-        std::fs::write(file, junit(&plan.name, &gates))?;
+        crate::files::write(file, junit(&plan.name, &gates))?;
     }
     Ok(exit_code(&gates, failed_jobs))
 }

@@ -1,15 +1,13 @@
 //! `merge`: the union of shards.
 
 use std::collections::HashSet;
-use std::fs;
-use std::path::Path;
 
 use super::args::MergeArgs;
 use super::exit::{self, Failure};
 use super::out;
-use crate::experiment::{Plan, Store};
+use crate::experiment::{Plan, Provenance, Store};
 
-/// Copies every finished job once, unites the plans and rebuilds the report.
+/// Copies every job once, finished ones before failed ones, unites the plans and rebuilds the report.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let stores = args
         .folders
@@ -29,22 +27,19 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     }
     let mut seen = HashSet::new();
     united.jobs = plans.into_iter().flat_map(|p| p.jobs).collect();
-    united
-        .jobs
-        .retain(|job| seen.insert((job.id.clone(), job.label.clone())));
+    united.jobs.retain(|job| seen.insert(job.place()));
+    // All that is read of the parts is read before anything is written: one of them may be the target.
+    let config = std::fs::read_to_string(stores[0].folder.join("config.json"))?;
     let target = Store::create(&args.out)?;
+    let mut provenance = Provenance::of(&target);
     for store in &stores {
-        for job in united.jobs.iter().filter(|j| store.row(&j.id).is_some()) {
-            let place = target.job_folder(&job.id);
-            if !place.exists() {
-                copy_folder(&store.job_folder(&job.id), &place)?;
-            }
-        }
+        provenance.unite(Provenance::of(store));
     }
-    fs::copy(
-        stores[0].folder.join("config.json"),
-        args.out.join("config.json"),
-    )?;
+    for job in &united.jobs {
+        adopt_best(&target, &stores, &job.id)?;
+    }
+    target.write("config.json", &config)?;
+    provenance.write(&target)?;
     target.write("plan.json", &serde_json::to_string_pretty(&united)?)?;
     target.write_rows(&target.rows(&united))?;
     let written = crate::report::write(&args.out)?;
@@ -52,15 +47,15 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     Ok(exit::OK)
 }
 
-fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
-    let unfinished = to.with_file_name(format!(
-        ".unfinished-{}",
-        to.file_name().unwrap_or_default().to_string_lossy()
-    ));
-    fs::create_dir_all(&unfinished)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        fs::copy(entry.path(), unfinished.join(entry.file_name()))?;
+/// Takes the job from the first part in which it finished, else from one in which it failed.
+fn adopt_best(target: &Store, parts: &[Store], id: &str) -> std::io::Result<()> {
+    let here = target.row(id).map(|row| row.ok());
+    let there = parts
+        .iter()
+        .filter_map(|part| Some((part, part.row(id)?.ok())));
+    // Of equal ones the last is the greatest, so the first part is looked at last.
+    match there.rev().max_by_key(|(_, ok)| *ok) {
+        Some((part, ok)) if here.is_none_or(|here| ok && !here) => target.adopt(part, id),
+        _ => Ok(()),
     }
-    fs::rename(unfinished, to)
 }

@@ -42,7 +42,7 @@ impl Prepared {
         if let Some(key) = parameters.keys().next().filter(|_| is_reference) {
             let known: Vec<&str> = entry.about.parameters.iter().map(|p| p.key).collect();
             return Err(Failure::usage(format!(
-                "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, environment of the scene",
+                "--set {key}: no such parameter of {}; known: {}, and max_depth, ao_distance, metres_per_unit, environment of the scene",
                 entry.about.id,
                 known.join(", ")
             )));
@@ -51,6 +51,9 @@ impl Prepared {
             true => None,
             false => Some(technique.start(name, &parameters, Terms::default())?.id),
         };
+        technique.fits(&description).map_err(Failure::usage)?;
+        // One image is for looking at: what is absent of it is told, but no light may be.
+        description.require_files(technique.needs(), true)?;
         let view = match &args.view {
             None => 0,
             Some(name) => {
@@ -75,6 +78,9 @@ impl Prepared {
             return Err(Failure::usage("--spp must be at least 1"));
         }
         let scene = Scene::build(&description, technique.needs())?;
+        for note in scene.report.sentences() {
+            eprintln!("note: {note}");
+        }
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
         Ok(Self {
             technique,
@@ -198,15 +204,17 @@ fn settings(
             )));
         };
         match key.as_str() {
-            "max_depth" | "ao_distance" => {
+            "max_depth" | "ao_distance" | "metres_per_unit" => {
                 let number = value.as_integer().map(|i| i as f64).or(value.as_float());
-                let number = number.filter(|n| *n > 0.0).ok_or_else(|| {
-                    Failure::usage(format!("--set {text}: expected a positive number"))
-                })?;
-                if key == "max_depth" {
-                    description.max_depth = number as u32;
-                } else {
-                    description.ao_distance = Some(number);
+                let number = number
+                    .filter(|n| *n > 0.0 && n.is_finite())
+                    .ok_or_else(|| {
+                        Failure::usage(format!("--set {text}: expected a positive number"))
+                    })?;
+                match key.as_str() {
+                    "max_depth" => description.max_depth = number as u32,
+                    "ao_distance" => description.ao_distance = Some(number),
+                    _ => description.metres_per_unit = number,
                 }
             }
             "environment" => description.environment = Some(environment(value)?),
@@ -284,6 +292,8 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         .iter()
         .map(|(key, value)| ((*key).to_owned(), (*value).into()))
         .collect();
+    let mut notes = prepared.scene.report.sentences();
+    notes.extend_from_slice(&rendered.notes);
     if args.json {
         let record = serde_json::json!({
             "scene": prepared.scene.name,
@@ -303,7 +313,7 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
             "seconds_total": rendered.stages.total().wall,
             "seconds": stages,
             "found": found,
-            "notes": rendered.notes,
+            "notes": notes,
         });
         say!("{record:#}");
     } else {

@@ -11,7 +11,7 @@ use crate::image::{Image, luminance};
 use crate::scene::EnvironmentDescription;
 
 /// Where the rows of a map lie.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum EnvironmentRows {
     /// Row `i` of `H` is centred at θ = π (i + ½) / H.
     #[default]

@@ -32,14 +32,6 @@ impl Budget {
         }
     }
 
-    /// What tells it from other budgets of the same technique.
-    pub(super) fn key(self) -> serde_json::Value {
-        match self {
-            Self::Caches(count) | Self::Lights(count) | Self::Samples(count) => count.into(),
-            Self::Seconds(seconds) => format!("{seconds} s").into(),
-        }
-    }
-
     /// The budget of one scene; an error names the key at fault.
     pub(super) fn of(
         config: &Config,

@@ -131,6 +131,13 @@ pub struct SceneChoice {
     /// Replaces the scene's AO distance, scene units.
     #[serde(default)]
     pub ao_distance: Option<f64>,
+    /// Replaces the length of a scene unit in metres.
+    #[serde(default)]
+    pub metres_per_unit: Option<f64>,
+    /// Says that meshes and textures of the scene are known to be absent, so that it is used without
+    /// them; otherwise absent files are an error.
+    #[serde(default)]
+    pub incomplete: bool,
     /// Hard cases: the whole scene, camera included, is scaled, then moved (scene units after
     /// scaling), with metres per unit declared to match.
     #[serde(default)]
@@ -148,6 +155,18 @@ pub struct SceneTransform {
     pub rotate_y_deg: f64,
     #[serde(default)]
     pub translate: [f64; 3],
+}
+
+impl SceneTransform {
+    /// Refuses what is no similarity.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let [x, y, z] = self.translate;
+        let finite = [self.scale, self.rotate_y_deg, x, y, z];
+        match finite.iter().all(|n| n.is_finite()) && self.scale > 0.0 {
+            true => Ok(()),
+            false => Err("transform: expected finite numbers and a scale above 0".into()),
+        }
+    }
 }
 
 fn unit() -> f64 {

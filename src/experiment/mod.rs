@@ -7,6 +7,7 @@ mod claim;
 mod config;
 mod equal_time;
 mod expression;
+mod identity;
 mod light_files;
 mod locate;
 mod overrides;
@@ -28,38 +29,14 @@ pub use config::{
 };
 pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
+pub use identity::{hash, scene_key};
 pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
 pub use overrides::Override;
-pub use plan::{Job, Plan, hash, plan};
+pub use plan::{Job, Plan, plan};
+pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{NUMBER_COLUMNS, Row, to_csv};
 pub use run::{Outcome, RunError, RunOptions, build_technique, load_scene, run, shot_of};
 pub use scale::Scale;
 pub use store::Store;
 pub use suite::{Member, Suite};
-
-use crate::scene::{EnvironmentDescription, SceneDescription, ShapeSource};
-
-/// A hash of everything a scene declares and of the sizes of the files it names, the same wherever
-/// the scene's folder lies.
-pub fn scene_key(description: &SceneDescription) -> String {
-    let mut text = format!("{description:?}");
-    if let Some(folder) = description.file.as_ref().and_then(|f| f.parent()) {
-        text = text.replace(&format!("{}/", folder.display()), "");
-    }
-    if let Some(EnvironmentDescription::Map { path, .. }) = &description.environment {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
-        text = text.replace(&format!("{path:?}"), &format!("{name} {bytes}"));
-    }
-    for shape in &description.shapes {
-        if let ShapeSource::Obj { path, .. }
-        | ShapeSource::Ply { path }
-        | ShapeSource::Serialized { path, .. } = &shape.source
-        {
-            let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
-            text.push_str(&format!(" {bytes}"));
-        }
-    }
-    hash(&text)
-}

@@ -1,22 +1,20 @@
 //! From a config and overrides to the frozen list of jobs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::budget::Budget;
-use super::config::{Config, ConfigError, SceneTransform, Source};
+use super::config::{Config, ConfigError, SceneChoice, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
 use crate::scene::{SceneDescription, find_environment, find_scene};
-use crate::technique::{Technique, Terms};
+use crate::technique::{Technique, TechniqueEntry, Terms};
 
-/// Changes whenever the same job would give another reference, so that older ones are not reused.
-const REFERENCES: u32 = 2;
-/// Changes whenever the same job would give another result beside the same reference.
-const RESULTS: u32 = 5;
+/// Pixels of the largest image.
+const LARGEST_IMAGE: usize = 1 << 28;
 /// What images of a given time count as in estimates, with those that the time is found by.
 const RAYS_PER_SECOND: f64 = 2e7;
 
@@ -31,6 +29,9 @@ pub struct Plan {
     pub jobs: Vec<Job>,
     /// Scenes that were replaced or left out, a sentence each.
     pub notes: Vec<String>,
+    /// All jobs of the configs, in order, where `jobs` are a selection of them.
+    #[serde(skip)]
+    pub all: Vec<Job>,
 }
 
 /// One (scene, view, technique, method, parameters, budget, seed).
@@ -47,6 +48,12 @@ pub struct Job {
     pub paper: Option<String>,
     pub view: String,
     pub transform: Option<SceneTransform>,
+    /// In place of what the scene declares.
+    #[serde(default)]
+    pub metres_per_unit: Option<f64>,
+    /// Whether meshes and textures of the scene may be absent.
+    #[serde(default)]
+    pub incomplete: bool,
     pub technique: String,
     pub technique_parameters: Table,
     /// Canonical id of the method.
@@ -81,6 +88,12 @@ impl Job {
         }
     }
 
+    /// What a results folder knows it by: its id, and what its row is called.
+    pub fn place(&self) -> [String; 4] {
+        let parts = [&self.id, &self.label, &self.scene, &self.view];
+        parts.map(String::clone)
+    }
+
     fn rays_per_evaluation(&self) -> u64 {
         self.built_technique()
             .map_or(0, |technique| technique.rays_per_evaluation())
@@ -106,7 +119,7 @@ impl Job {
         }
     }
 
-    fn built_technique(&self) -> Option<Box<dyn Technique>> {
+    pub(super) fn built_technique(&self) -> Option<Box<dyn Technique>> {
         let entry = crate::registry::technique(&self.technique)?;
         (entry.build)(&self.technique_parameters).ok()
     }
@@ -139,7 +152,9 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         overrides: overrides.iter().map(Override::to_string).collect(),
         jobs: Vec::new(),
         notes: Vec::new(),
+        all: Vec::new(),
     };
+    let mut cases = HashMap::new();
     for combination in combinations(&axes) {
         let mut settings = single.clone();
         settings.extend(combination.iter().map(|(k, v)| (k.clone(), v.clone())));
@@ -152,6 +167,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
             source,
             config: &config,
             sweep: combination,
+            cases: &mut cases,
         }
         .add_jobs(&mut plan)?;
     }
@@ -169,9 +185,10 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     let order: Vec<String> = plan.jobs.iter().map(|j| j.scene.clone()).collect();
     plan.jobs
         .sort_by_key(|job| order.iter().position(|s| *s == job.scene));
-    let mut seen = std::collections::HashSet::new();
-    plan.jobs
-        .retain(|job| seen.insert((job.id.clone(), job.label.clone())));
+    // A swept key that a method does not have gives the same job again.
+    let mut seen = HashSet::new();
+    plan.jobs.retain(|job| seen.insert(job.place()));
+    plan.all.clone_from(&plan.jobs);
     Ok((base, plan))
 }
 
@@ -197,6 +214,7 @@ struct PlannedScene<'a> {
     /// Position in the config's list, in decimal.
     index: &'a str,
     found: &'a str,
+    /// With the environment and the unit of the config.
     description: &'a SceneDescription,
     /// Name of the map in the description, if the config names one.
     environment: Option<&'a str>,
@@ -206,23 +224,14 @@ struct Planner<'a> {
     source: &'a Source,
     config: &'a Config,
     sweep: BTreeMap<String, Value>,
+    /// Scene, view and swept values of the jobs so far, and the position of their scene.
+    cases: &'a mut HashMap<String, String>,
 }
 
 impl Planner<'_> {
-    fn add_jobs(&self, plan: &mut Plan) -> Result<(), ConfigError> {
+    fn add_jobs(&mut self, plan: &mut Plan) -> Result<(), ConfigError> {
         let config = self.config;
-        let technique = crate::registry::technique(&config.technique).ok_or_else(|| {
-            let known: Vec<&str> = crate::registry::TECHNIQUES
-                .iter()
-                .map(|e| e.about.id)
-                .collect();
-            let message = format!(
-                "no technique is called `{}`; known: {}",
-                config.technique,
-                known.join(", ")
-            );
-            self.source.error(&["technique"], message)
-        })?;
+        let technique = self.technique()?;
         if !technique.has_contenders() {
             let message = format!(
                 "{} has no contenders to compare; use `lightbench render`",
@@ -242,7 +251,7 @@ impl Planner<'_> {
         let methods = self.methods(built.as_ref())?;
         for (index, choice) in config.scene.iter().enumerate() {
             let index = index.to_string();
-            let (found, description) = match find_scene(&choice.name) {
+            let (found, mut description) = match find_scene(&choice.name) {
                 Ok(description) => (choice.name.clone(), description),
                 Err(error) => {
                     let replaced = choice
@@ -261,6 +270,14 @@ impl Planner<'_> {
                     other
                 }
             };
+            if let Some(metres) = choice.metres_per_unit {
+                if !(metres.is_finite() && metres > 0.0) {
+                    let message = "metres_per_unit: expected a number above 0".into();
+                    let path = ["scene", &index, "metres_per_unit"];
+                    return Err(self.source.error(&path, message));
+                }
+                description.metres_per_unit = metres;
+            }
             let scene = PlannedScene {
                 index: &index,
                 found: &found,
@@ -290,6 +307,42 @@ impl Planner<'_> {
             }
         }
         Ok(())
+    }
+
+    fn technique(&self) -> Result<&'static TechniqueEntry, ConfigError> {
+        let id = &self.config.technique;
+        crate::registry::technique(id).ok_or_else(|| {
+            let known = crate::registry::TECHNIQUES.iter().map(|e| e.about.id);
+            let known = known.collect::<Vec<_>>().join(", ");
+            let message = format!("no technique is called `{id}`; known: {known}");
+            self.source.error(&["technique"], message)
+        })
+    }
+
+    /// The technique's parameters in one scene.
+    fn technique_parameters(
+        &self,
+        technique: &TechniqueEntry,
+        index: &str,
+        choice: &SceneChoice,
+    ) -> Result<Table, ConfigError> {
+        let mut parameters = self.config.parameters.clone();
+        let Some(distance) = choice.ao_distance else {
+            return Ok(parameters);
+        };
+        if !technique
+            .about
+            .parameters
+            .iter()
+            .any(|p| p.key == "distance")
+        {
+            let id = technique.about.id;
+            let message = format!("{id} takes no `ao_distance`: remove it from the scene");
+            let path = ["scene", index, "ao_distance"];
+            return Err(self.source.error(&path, message));
+        }
+        parameters.insert("distance".into(), Value::Float(distance));
+        Ok(parameters)
     }
 
     /// Method id, label and parameters, all checked.
@@ -338,7 +391,7 @@ impl Planner<'_> {
     }
 
     fn add_scene(
-        &self,
+        &mut self,
         plan: &mut Plan,
         scene: &PlannedScene,
         methods: &[(String, String, Table)],
@@ -369,12 +422,32 @@ impl Planner<'_> {
             .or(config.size)
             .unwrap_or([view.width, view.height]);
         let scaled = |side: usize| ((side as f64 * config.scale.0).round() as usize).max(1);
-        let budget = Budget::of(config, choice).map_err(|(key, message)| at(key, message))?;
-        let mut technique_parameters = config.parameters.clone();
-        if let Some(distance) = choice.ao_distance {
-            technique_parameters.insert("distance".into(), Value::Float(distance));
+        let pixels = scaled(full_width).saturating_mul(scaled(full_height));
+        if full_width == 0 || full_height == 0 || pixels > LARGEST_IMAGE {
+            let message = format!(
+                "size: expected [width, height] of at least 1 and {LARGEST_IMAGE} pixels at most"
+            );
+            return Err(match choice.size {
+                Some(_) => at("size", message),
+                None => self.source.error(&["size"], message),
+            });
         }
-        let technique = crate::registry::technique(&config.technique).map_or("", |e| e.about.id);
+        let budget = Budget::of(config, choice).map_err(|(key, message)| at(key, message))?;
+        let entry = self.technique()?;
+        let technique_parameters = self.technique_parameters(entry, index, choice)?;
+        let technique = (entry.build)(&technique_parameters)
+            .map_err(|error| at("ao_distance", error.message))?;
+        technique
+            .fits(description)
+            .map_err(|message| at("name", message))?;
+        description
+            .require_files(technique.needs(), choice.incomplete)
+            .map_err(|error| at("name", error.to_string()))?;
+        if let Some(transform) = &choice.transform {
+            transform
+                .check()
+                .map_err(|message| at("transform", message))?;
+        }
         let name = choice.label.as_ref().unwrap_or(&description.name);
         let several = choice.environment.as_ref().or(config.environment.as_ref());
         let name = match environment {
@@ -384,6 +457,28 @@ impl Planner<'_> {
             }
             _ => name.clone(),
         };
+        let case = serde_json::json!([name, view.name, self.sweep]).to_string();
+        if let Some(earlier) = self.cases.insert(case, index.to_owned()) {
+            if found != choice.name {
+                plan.notes.push(format!(
+                    "`{}` is left out: `{found}`, which stands in for it, is there already",
+                    choice.name
+                ));
+                return Ok(());
+            }
+            let number = |index: &str| index.parse::<usize>().map_or(0, |i| i + 1);
+            let message = format!(
+                "scenes {} and {} of this config give the same jobs twice, such as scene `{name}`, \
+                 view `{}`, {}, seed {}: give one of them another `label`",
+                number(&earlier),
+                number(index),
+                view.name,
+                methods[0].1,
+                config.seed,
+            );
+            return Err(self.source.error(&["scene", index], message));
+        }
+        let key = scene_key(description);
         for (method, label, parameters) in methods {
             for repeat in 0..config.repeats {
                 let mut job = Job {
@@ -394,7 +489,9 @@ impl Planner<'_> {
                     paper: choice.paper.clone(),
                     view: view.name.clone(),
                     transform: choice.transform,
-                    technique: technique.to_owned(),
+                    metres_per_unit: choice.metres_per_unit,
+                    incomplete: choice.incomplete,
+                    technique: entry.about.id.to_owned(),
                     technique_parameters: technique_parameters.clone(),
                     method: method.clone(),
                     label: label.clone(),
@@ -409,53 +506,10 @@ impl Planner<'_> {
                     reference: String::new(),
                     allow_non_finite: config.allow_non_finite,
                 };
-                job.identify(&scene_key(description));
+                job.identify(entry, &key, view);
                 plan.jobs.push(job);
             }
         }
         Ok(())
     }
-}
-
-impl Job {
-    /// Fills in the content ids: of the reference from what it shows, of the job from what it does.
-    fn identify(&mut self, scene: &str) {
-        let own = crate::registry::technique(&self.technique).map_or(&[][..], |e| e.of_contenders);
-        let (own, shared): (Vec<_>, Vec<_>) = self
-            .technique_parameters
-            .iter()
-            .partition(|(key, _)| own.contains(&key.as_str()));
-        let table = |entries: Vec<(&String, &Value)>| -> Table {
-            let owned = entries.into_iter().map(|(k, v)| (k.clone(), v.clone()));
-            owned.collect()
-        };
-        let own = (!own.is_empty()).then(|| table(own));
-        let shown = serde_json::json!([
-            REFERENCES,
-            scene,
-            self.view,
-            self.transform,
-            self.technique,
-            table(shared),
-            self.width,
-            self.height,
-            self.spp
-        ]);
-        self.reference = hash(&shown.to_string());
-        let mut done = vec![
-            serde_json::json!(RESULTS),
-            serde_json::json!(self.reference),
-            serde_json::json!(self.method),
-            serde_json::json!(self.method_parameters),
-            self.budget.key(),
-            serde_json::json!(self.seed),
-        ];
-        done.extend(own.map(|own| serde_json::json!(own)));
-        self.id = hash(&serde_json::Value::from(done).to_string());
-    }
-}
-
-/// Sixteen hexadecimal digits of a text's hash.
-pub fn hash(text: &str) -> String {
-    blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
 }

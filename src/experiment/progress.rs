@@ -219,6 +219,11 @@ impl Progress {
         }
     }
 
+    /// Something to know about results, printed at once.
+    pub fn note(&self, text: &str) {
+        self.line(&format!("note: {text}"));
+    }
+
     fn line(&self, text: &str) {
         if !self.quiet {
             eprintln!("{text}");

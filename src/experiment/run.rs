@@ -3,12 +3,13 @@
 use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
 use super::caught::caught;
 use super::light_files::write_lights;
+use super::provenance::Provenance;
 use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
@@ -17,6 +18,9 @@ use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::{Scene, find_environment, find_scene};
 use crate::technique::{Choice, Film, Rendered, Search, Shot, Technique, TechniqueEntry, Terms};
 use crate::trace::Tracer;
+
+/// How often the rows so far are written, at most.
+const ROWS_EVERY: Duration = Duration::from_secs(5);
 
 /// Where results go and what to do about failures.
 #[derive(Clone, Debug)]
@@ -42,7 +46,7 @@ pub struct Outcome {
 pub enum RunError {
     #[error("{0}")]
     Scene(#[from] crate::scene::SceneError),
-    #[error("cannot write results: {0}")]
+    #[error("results: {0}")]
     Io(#[from] io::Error),
     #[error("{0}")]
     Image(#[from] crate::image::ImageError),
@@ -50,31 +54,41 @@ pub enum RunError {
     Technique(String),
 }
 
-/// Runs the jobs of a plan that are not there yet.
+/// Runs the jobs of a plan that are not there yet. Jobs of the same configs that the folder has from
+/// other selections stay in its plan and in its rows.
 pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome, RunError> {
     let store = Store::create(&options.folder)?;
+    let (united, gone) = store.united(plan);
     store.write(
         "plan.json",
-        &serde_json::to_string_pretty(plan).map_err(io::Error::other)?,
+        &serde_json::to_string_pretty(&united).map_err(io::Error::other)?,
     )?;
     store.write(
         "config.json",
         &serde_json::to_string_pretty(config).map_err(io::Error::other)?,
     )?;
+    let mut provenance = Provenance::of(&store);
+    provenance.start(plan);
+    provenance.write(&store)?;
     let mut runner = Runner {
         store,
+        plan: united,
+        provenance,
+        scene_notes: Vec::new(),
+        rows_written: Instant::now(),
         references: ReferenceStore {
             folder: options.references.clone(),
         },
         progress: Progress::new(plan, options.quiet),
         outcome: Outcome::default(),
-        experiment: plan.name.clone(),
         keeps_lights: config.figure.iter().any(|f| f.kind.shows_lights()),
         bytes_scene: 0,
     };
-    runner
-        .store
-        .write("provenance.json", &super::provenance::collect(plan))?;
+    if gone > 0 {
+        runner.progress.note(&format!(
+            "{gone} jobs in this folder are no longer in the config: they leave its plan and report"
+        ));
+    }
     let finished: HashSet<&str> = plan
         .jobs
         .iter()
@@ -96,7 +110,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
             break;
         }
     }
-    let rows = runner.store.rows(plan);
+    let rows = runner.store.rows(&runner.plan);
     runner.store.write_rows(&rows)?;
     runner.progress.finish(&rows);
     Ok(runner.outcome)
@@ -104,7 +118,8 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
 
 /// Whether two jobs look at the same loaded scene.
 fn same_scene(a: &Job, b: &Job) -> bool {
-    a.found == b.found && a.transform == b.transform && a.environment == b.environment
+    let loaded = |job: &Job| (job.transform, job.metres_per_unit, job.incomplete);
+    a.found == b.found && a.environment == b.environment && loaded(a) == loaded(b)
 }
 
 struct Runner {
@@ -112,7 +127,12 @@ struct Runner {
     references: ReferenceStore,
     progress: Progress,
     outcome: Outcome,
-    experiment: String,
+    /// What the folder is about: the plan that is run and what was there before.
+    plan: Plan,
+    provenance: Provenance,
+    /// What was lost of the scene at work.
+    scene_notes: Vec<String>,
+    rows_written: Instant,
     /// Whether a figure asks for the lights of the jobs.
     keeps_lights: bool,
     /// Bytes of the loaded scene and its trees.
@@ -120,24 +140,41 @@ struct Runner {
 }
 
 impl Runner {
-    /// All open jobs of one scene.
+    /// All open jobs of one scene; they fail if it does not load.
     fn scene(&mut self, jobs: &[&Job], fail_fast: bool) -> Result<(), RunError> {
-        let technique = build_technique(jobs[0])?;
         self.progress.stage(&format!("{}: loading", jobs[0].scene));
-        let progress = &self.progress;
         let held_before = memory::held();
-        let loaded = progress.time("loading", || load_scene(jobs[0], technique.as_ref()))?;
-        let tracer = progress.time("building trees", || {
-            Tracer::new(&loaded.positions, &loaded.triangles)
-        });
+        self.scene_notes.clear();
+        let (scene, tracer) = match caught(|| self.load(jobs[0]).map_err(|e| e.to_string())) {
+            Ok(loaded) => loaded,
+            Err(reason) => return self.fail(jobs, &reason, fail_fast),
+        };
         self.bytes_scene = memory::held().saturating_sub(held_before) as u64;
+        self.scene_notes = scene.report.sentences();
+        if self.provenance.note(&jobs[0].scene, &self.scene_notes) {
+            self.provenance.write(&self.store)?;
+        }
+        for note in &self.scene_notes {
+            self.progress
+                .note(&format!("scene `{}`: {note}", jobs[0].scene));
+        }
         for jobs in jobs.chunk_by(|a, b| a.reference == b.reference) {
-            self.shot(jobs, (&loaded, &tracer), fail_fast)?;
+            self.shot(jobs, (&scene, &tracer), fail_fast)?;
             if fail_fast && self.outcome.failed > 0 {
                 break;
             }
         }
         Ok(())
+    }
+
+    fn load(&self, job: &Job) -> Result<(Scene, Tracer), RunError> {
+        let technique = build_technique(job)?;
+        let progress = &self.progress;
+        let scene = progress.time("loading", || load_scene(job, technique.as_ref()))?;
+        let tracer = progress.time("building trees", || {
+            Tracer::new(&scene.positions, &scene.triangles)
+        });
+        Ok((scene, tracer))
     }
 
     /// All open jobs that share a reference.
@@ -150,40 +187,88 @@ impl Runner {
         let technique = build_technique(jobs[0])?;
         let mut shot = shot_of(jobs[0], scene)?;
         let progress = &self.progress;
-        let reference = progress.time("references", || {
+        let obtain = || {
             self.references.obtain(
                 &jobs[0].reference,
                 (technique.as_ref(), &shot),
                 &|done, all| progress.reference(jobs[0], done, all),
             )
-        })?;
+        };
+        let obtain = || {
+            progress
+                .time("references", obtain)
+                .map_err(|e| e.to_string())
+        };
+        let reference = match caught(obtain) {
+            Ok(reference) => reference,
+            Err(reason) => return self.fail(jobs, &format!("no reference: {reason}"), fail_fast),
+        };
         shot.layer = progress.time("shared layers", || technique.shared_layer(&shot));
         for job in jobs {
             let (row, pictures) = self.job(job, (technique.as_ref(), &shot), &reference);
-            if !row.ok() {
-                self.outcome.failed += 1;
-            }
-            self.outcome.done += 1;
-            self.progress.time("writing", || {
-                self.store.write_job(&row, |folder| match &pictures {
-                    Some(pictures) => {
-                        if let Some(set) = &pictures.rendered.lights
-                            && let Some(map) = &shot.scene.environment
-                            && self.keeps_lights
-                        {
-                            write_lights(folder, set, map)?;
-                        }
-                        pictures.write(folder, &row)
+            let keeps_lights = self.keeps_lights;
+            self.keep(job, &row, |folder| match &pictures {
+                Some(pictures) => {
+                    if let Some(set) = &pictures.rendered.lights
+                        && let Some(map) = &shot.scene.environment
+                        && keeps_lights
+                    {
+                        write_lights(folder, set, map)?;
                     }
-                    None => Ok(()),
-                })
+                    pictures.write(folder, &row)
+                }
+                None => Ok(()),
             })?;
-            self.progress.job(job, &row);
             if fail_fast && !row.ok() {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Rows of jobs that cannot begin.
+    fn fail(&mut self, jobs: &[&Job], reason: &str, fail_fast: bool) -> Result<(), RunError> {
+        for job in jobs {
+            let row = Row {
+                status: format!("failed: {reason}"),
+                ..self.row(job)
+            };
+            self.keep(job, &row, |_| Ok(()))?;
+            if fail_fast {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a job, counts it, and now and then writes the rows so far.
+    fn keep(
+        &mut self,
+        job: &Job,
+        row: &Row,
+        fill: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> io::Result<()> {
+        self.outcome.failed += usize::from(!row.ok());
+        self.outcome.done += 1;
+        let (store, progress) = (&self.store, &self.progress);
+        progress.time("writing", || store.write_job(row, fill))?;
+        progress.job(job, row);
+        if self.rows_written.elapsed() > ROWS_EVERY {
+            store.write_rows(&store.rows(&self.plan))?;
+            self.rows_written = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// What is known of a job before it runs.
+    fn row(&self, job: &Job) -> Row {
+        let mut row = Row {
+            status: "ok".into(),
+            notes: self.scene_notes.clone(),
+            ..Row::default()
+        };
+        row.describe(job, &self.plan.name);
+        row
     }
 
     fn job(
@@ -192,11 +277,7 @@ impl Runner {
         (technique, shot): (&dyn Technique, &Shot),
         reference: &Reference,
     ) -> (Row, Option<Pictures>) {
-        let mut row = Row {
-            status: "ok".into(),
-            ..Row::default()
-        };
-        row.describe(job, &self.experiment);
+        let mut row = self.row(job);
         row.bytes_scene = self.bytes_scene;
         let start = Instant::now();
         let options = CompareOptions {
@@ -265,6 +346,10 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
     if let Some(name) = &job.environment {
         description.environment = Some(find_environment(name)?);
     }
+    if let Some(metres) = job.metres_per_unit {
+        description.metres_per_unit = metres;
+    }
+    description.require_files(technique.needs(), job.incomplete)?;
     if let Some(t) = job.transform {
         description = description.transformed(t.scale, t.rotate_y_deg, DVec3::from(t.translate));
     }
@@ -346,7 +431,7 @@ fn fill(
     row.flip_hdr = comparison.flip_hdr;
     row.reference_floor = reference.floor();
     row.non_finite = rendered.non_finite;
-    row.notes.clone_from(&rendered.notes);
+    row.notes.extend_from_slice(&rendered.notes);
     if rendered.non_finite > 0 && !job.allow_non_finite {
         row.status = format!(
             "failed: {} non-finite values; `allow_non_finite = true` tolerates them",

@@ -1,10 +1,11 @@
 //! The results folder: jobs written beside their place and renamed when complete.
 
+use std::collections::HashSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Config, Plan, Row};
+use super::{Config, Job, Plan, Row};
 
 /// `results/<name>/`.
 #[derive(Clone, Debug)]
@@ -63,24 +64,62 @@ impl Store {
         row: &Row,
         fill: impl FnOnce(&Path) -> io::Result<()>,
     ) -> io::Result<()> {
-        let unfinished = self
-            .folder
-            .join("jobs")
-            .join(format!(".unfinished-{}", row.job));
+        self.put(&row.job, |unfinished| {
+            fill(unfinished)?;
+            fs::write(
+                unfinished.join("row.json"),
+                serde_json::to_string_pretty(row)?,
+            )
+        })
+    }
+
+    /// Copies a job of another folder into its place here.
+    pub fn adopt(&self, other: &Store, id: &str) -> io::Result<()> {
+        self.put(id, |unfinished| {
+            for entry in fs::read_dir(other.job_folder(id))? {
+                let entry = entry?;
+                fs::copy(entry.path(), unfinished.join(entry.file_name()))?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Puts a job in its place once `fill` has completed its folder.
+    fn put(&self, id: &str, fill: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
+        let unfinished = self.folder.join("jobs").join(format!(".unfinished-{id}"));
         if unfinished.exists() {
             fs::remove_dir_all(&unfinished)?;
         }
         fs::create_dir_all(&unfinished)?;
         fill(&unfinished)?;
-        fs::write(
-            unfinished.join("row.json"),
-            serde_json::to_string_pretty(row)?,
-        )?;
-        let place = self.job_folder(&row.job);
+        let place = self.job_folder(id);
         if place.exists() {
             fs::remove_dir_all(&place)?;
         }
         fs::rename(unfinished, place)
+    }
+
+    /// A plan with those jobs of the folder's own plan that its configs still have, though they are
+    /// not selected now; and how many jobs of the folder's plan they no longer have.
+    pub fn united(&self, plan: &Plan) -> (Plan, usize) {
+        let mut united = plan.clone();
+        let Ok(earlier) = self.plan() else {
+            return (united, 0);
+        };
+        let wanted: HashSet<_> = plan
+            .jobs
+            .iter()
+            .chain(&earlier.jobs)
+            .map(Job::place)
+            .collect();
+        let all = plan.all.iter().filter(|job| wanted.contains(&job.place()));
+        united.jobs = all.cloned().collect();
+        let kept: HashSet<_> = united.jobs.iter().map(Job::place).collect();
+        let gone = earlier
+            .jobs
+            .iter()
+            .filter(|job| !kept.contains(&job.place()));
+        (united, gone.count())
     }
 
     /// The frozen plan.
@@ -95,15 +134,9 @@ impl Store {
         Ok(serde_json::from_str(&text)?)
     }
 
-    /// Writes a file of the folder through a temporary name.
+    /// Writes a file of the folder, whole or not at all.
     pub fn write(&self, name: &str, contents: &str) -> io::Result<()> {
-        let path = self.folder.join(name);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent)?;
-        }
-        let temporary = path.with_extension("unfinished");
-        fs::write(&temporary, contents)?;
-        fs::rename(temporary, path)
+        crate::files::write(&self.folder.join(name), contents)
     }
 
     /// The rows of the plan's finished jobs, in the plan's order; a job that several labels share is

@@ -179,9 +179,7 @@ fn budgets(jobs: &[&Job]) -> String {
 
 /// Keys and values of `provenance.json`; lists are joined, times are made readable.
 fn provenance(data: &Data) -> Vec<(String, String)> {
-    let Value::Object(map) = &data.provenance else {
-        return Vec::new();
-    };
+    let entries = data.provenance["entries"].as_array().into_iter().flatten();
     let text = |value: &Value| match value {
         Value::String(text) => text.clone(),
         Value::Array(list) => {
@@ -193,9 +191,12 @@ fn provenance(data: &Data) -> Vec<(String, String)> {
         }
         other => other.to_string(),
     };
-    map.iter()
+    entries
+        .filter_map(Value::as_object)
+        .flatten()
         .map(|(key, value)| match (key.as_str(), value.as_u64()) {
             ("started_unix_seconds", Some(seconds)) => ("started".to_owned(), date(seconds)),
+            ("last_started_unix_seconds", Some(seconds)) => ("last started".into(), date(seconds)),
             _ => (key.replace('_', " "), text(value)),
         })
         .filter(|(_, value)| !value.is_empty())

@@ -60,6 +60,6 @@ pub fn write_suite(
         "parts": parts,
     });
     let file = folder.join("report.html");
-    std::fs::write(&file, html::fill(("suite.html", TEMPLATE), page)?)?;
+    crate::files::write(&file, html::fill(("suite.html", TEMPLATE), page)?)?;
     Ok(file)
 }

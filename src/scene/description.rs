@@ -164,7 +164,7 @@ impl TextureDescription {
 }
 
 /// A light without a surface.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub enum LightDescription {
     /// Parallel light; `direction` is the direction in which it travels, `irradiance` that of a
     /// surface facing it.

@@ -1,7 +1,7 @@
 //! Materials as declared; [`crate::shade`] evaluates and samples them.
 
 /// A colour that may come from a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum ColourSource {
     Constant([f32; 3]),
     /// Index into the scene's textures.
@@ -22,7 +22,7 @@ pub struct Material {
 }
 
 /// How the normals of microfacets spread (Walter et al. 2007).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum MicrofacetDistribution {
     #[default]
     Ggx,
@@ -30,7 +30,7 @@ pub enum MicrofacetDistribution {
 }
 
 /// Scattering models. `alpha` is the roughness parameter of the distribution (not its square root).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub enum Bsdf {
     Diffuse {
         reflectance: ColourSource,

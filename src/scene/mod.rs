@@ -8,6 +8,7 @@ mod build;
 mod check;
 mod description;
 mod error;
+mod files;
 mod find;
 mod find_environment;
 mod geometry;

@@ -35,7 +35,7 @@ use rayon::prelude::*;
 
 use crate::entry::{About, ParameterError};
 use crate::image::Image;
-use crate::scene::{Needs, Scene};
+use crate::scene::{Needs, Scene, SceneDescription};
 use crate::trace::{Caster, RayCounter};
 
 /// A technique.
@@ -80,6 +80,14 @@ pub enum Unit {
 pub trait Technique: Send + Sync {
     /// What it reads of a scene.
     fn needs(&self) -> Needs;
+
+    /// Whether a scene has what the technique is about.
+    ///
+    /// # Errors
+    /// A sentence with advice.
+    fn fits(&self, _: &SceneDescription) -> Result<(), String> {
+        Ok(())
+    }
 
     /// The shading function itself in one shot.
     fn shading_function<'a>(&'a self, shot: &'a Shot<'a>) -> Box<dyn ShadingFunction + 'a>;

@@ -34,6 +34,7 @@ impl Folder {
         Self {
             path: path.to_owned(),
             plan: Plan {
+                all: Vec::new(),
                 name: config.name.clone(),
                 title: config.title.clone(),
                 configs: vec!["configs/synthetic.toml".into()],
@@ -54,6 +55,8 @@ impl Folder {
             .into_iter()
             .collect();
         let job = Job {
+            metres_per_unit: None,
+            incomplete: false,
             id: lightbench::experiment::hash(&format!(
                 "{} {} {} {sweep:?}",
                 which.scene, which.label, which.seed

@@ -24,7 +24,7 @@ use crate::entry::{About, Bias, Parameter, ParameterError, check_keys};
 use crate::environment::{
     ENVIRONMENT_SAMPLERS, EnvironmentSampler, SamplerEntry, environment_sampler,
 };
-use crate::scene::{Needs, Scene};
+use crate::scene::{Needs, Scene, SceneDescription};
 use crate::trace::Caster;
 use illumination::Illumination;
 use multiple::{MultipleImportance, Samples};
@@ -179,6 +179,17 @@ impl Technique for EnvironmentLighting {
         Needs {
             emitters: false,
             ..Needs::ALL
+        }
+    }
+
+    fn fits(&self, scene: &SceneDescription) -> Result<(), String> {
+        match scene.environment {
+            Some(_) => Ok(()),
+            None => Err(format!(
+                "{} needs an environment and scene `{}` has none: name a map, for example \
+                 environment = \"afternoon\"; `lightbench list maps` shows them",
+                ENTRY.about.id, scene.name
+            )),
         }
     }
 

@@ -1,0 +1,55 @@
+//! Tells the program which commit it was built from; without git it knows its version alone.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=Cargo.toml");
+    println!("cargo::rerun-if-changed=src");
+    println!(
+        "cargo::rustc-env=LIGHTBENCH_COMMIT={}",
+        commit().unwrap_or_default()
+    );
+}
+
+/// The commit's short name, with `modified` behind it if sources differ from it; `None` outside a
+/// checkout of this very package.
+fn commit() -> Option<String> {
+    let folder = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR")?);
+    let top = git(&["rev-parse", "--show-toplevel"])?;
+    if Path::new(&top).canonicalize().ok()? != folder.canonicalize().ok()? {
+        return None;
+    }
+    let branch = git(&["rev-parse", "--symbolic-full-name", "HEAD"]).unwrap_or_default();
+    for name in ["HEAD", "logs/HEAD", "packed-refs", branch.as_str()] {
+        let path = git(&["rev-parse", "--git-path", name]);
+        // A path that is not there would have this run at every build.
+        if let Some(path) = path.filter(|path| Path::new(path).is_file()) {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+    let name = git(&["rev-parse", "--short=12", "HEAD"])?;
+    let sources = [
+        "diff",
+        "--name-only",
+        "HEAD",
+        "--",
+        "src",
+        "Cargo.toml",
+        "Cargo.lock",
+    ];
+    let modified = git(&sources).is_none_or(|files| !files.is_empty());
+    Some(if modified {
+        format!("{name} modified")
+    } else {
+        name
+    })
+}
+
+/// What git says; `None` without git, or when it fails.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_owned())
+}

@@ -1,0 +1,244 @@
+//! Content keys: what a scene, a reference and a job are, whatever they are called and wherever
+//! their files lie.
+//!
+//! Every key is a hash of JSON with its parts in a fixed order. Files count by what is in them.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::SystemTime;
+
+use serde_json::{Value, json};
+
+use super::Job;
+use crate::scene::{
+    EnvironmentDescription, Material, SceneDescription, ShapeDescription, ShapeSource,
+    TextureDescription, TextureSource, View,
+};
+use crate::technique::{Technique, TechniqueEntry, Terms};
+
+/// Raised when the form of keys changes, or when something that all techniques share (loaders, shapes
+/// made in code, rays, shading) gives other pictures; methods have versions of their own.
+const FORMAT: u32 = 3;
+
+/// Sixteen hexadecimal digits of a text's hash.
+pub fn hash(text: &str) -> String {
+    blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
+}
+
+/// A hash of what a scene shows from any view: all that it declares but names, notes and views, and
+/// the contents of its files.
+pub fn scene_key(description: &SceneDescription) -> String {
+    let SceneDescription {
+        name: _,
+        title: _,
+        file: _,
+        metres_per_unit,
+        ao_distance,
+        exposure,
+        max_depth,
+        views: _,
+        shapes,
+        materials,
+        textures,
+        lights,
+        environment,
+        notes: _,
+    } = description;
+    let shown = json!([
+        FORMAT,
+        metres_per_unit,
+        ao_distance,
+        exposure,
+        max_depth,
+        shapes.iter().map(shape).collect::<Vec<_>>(),
+        materials.iter().map(material).collect::<Vec<_>>(),
+        textures.iter().map(texture).collect::<Vec<_>>(),
+        lights,
+        environment.as_ref().map(self::environment),
+    ]);
+    hash(&shown.to_string())
+}
+
+fn shape(shape: &ShapeDescription) -> Value {
+    let ShapeDescription {
+        name: _,
+        source,
+        to_world,
+        material,
+        emission,
+        flip_normals,
+        face_normals,
+        smooth_normals,
+        flip_v,
+    } = shape;
+    let source = match source {
+        ShapeSource::Obj { path, part } => json!(["obj", contents(path), part]),
+        ShapeSource::Ply { path } => json!(["ply", contents(path)]),
+        ShapeSource::Serialized { path, index } => json!(["serialized", contents(path), index]),
+        ShapeSource::Rectangle => json!(["rectangle"]),
+        ShapeSource::Cube => json!(["cube"]),
+        ShapeSource::Sphere { centre, radius } => json!(["sphere", centre, radius]),
+        ShapeSource::Disk => json!(["disk"]),
+        ShapeSource::Cylinder { from, to, radius } => json!(["cylinder", from, to, radius]),
+        ShapeSource::Generated {
+            generator,
+            part,
+            parameters,
+        } => json!(["generated", generator, part, parameters]),
+    };
+    let sides = [flip_normals, face_normals, smooth_normals, flip_v];
+    json!([source, to_world, material, emission, sides])
+}
+
+fn material(material: &Material) -> Value {
+    let Material {
+        name: _,
+        bsdf,
+        two_sided,
+        opacity,
+        bump,
+    } = material;
+    json!([bsdf, two_sided, opacity, bump])
+}
+
+fn texture(texture: &TextureDescription) -> Value {
+    let TextureDescription {
+        source,
+        srgb,
+        nearest,
+        wrap,
+        uv_scale,
+        uv_offset,
+    } = texture;
+    let source = match source {
+        TextureSource::File(path) => json!(["file", contents(path)]),
+        TextureSource::Checkerboard(colours) => json!(["checkerboard", colours]),
+    };
+    json!([source, srgb, nearest, wrap, uv_scale, uv_offset])
+}
+
+fn environment(environment: &EnvironmentDescription) -> Value {
+    match environment {
+        EnvironmentDescription::Constant { radiance } => json!(["constant", radiance]),
+        EnvironmentDescription::Map {
+            path,
+            scale,
+            to_world,
+            rows,
+        } => json!(["map", contents(path), scale, to_world, rows]),
+        EnvironmentDescription::Embedded {
+            name,
+            scale,
+            to_world,
+        } => json!(["embedded", name, scale, to_world]),
+        EnvironmentDescription::SunSky {
+            sun_direction,
+            turbidity,
+            albedo,
+            sun,
+            sky,
+            scale,
+        } => json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]),
+    }
+}
+
+/// A hash of what is in a file; `absent` or the reason for files that cannot be read. It is
+/// remembered for as long as the program runs, by path, size and time of change.
+fn contents(path: &Path) -> String {
+    static KNOWN: Mutex<Option<HashMap<Stamp, String>>> = Mutex::new(None);
+    let read = || -> io::Result<String> {
+        let metadata = std::fs::metadata(path)?;
+        let stamp = (path.to_owned(), metadata.len(), metadata.modified()?);
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = known.get_or_insert_default();
+        if let Some(found) = known.get(&stamp) {
+            return Ok(found.clone());
+        }
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(File::open(path)?)?;
+        let found = hasher.finalize().to_hex().to_string();
+        known.insert(stamp, found.clone());
+        Ok(found)
+    };
+    read().unwrap_or_else(|error| match error.kind() {
+        io::ErrorKind::NotFound => "absent".into(),
+        kind => kind.to_string(),
+    })
+}
+
+/// Path, size and time of change of a file.
+type Stamp = (PathBuf, u64, SystemTime);
+
+impl Job {
+    /// Fills in the content ids: of the reference from what it shows, of the job from what it does.
+    /// `scene` is the scene's key.
+    pub(super) fn identify(&mut self, technique: &TechniqueEntry, scene: &str, view: &View) {
+        let of_contenders = |key: &str| technique.of_contenders.contains(&key);
+        let (own, shared): (toml::Table, toml::Table) = self
+            .technique_parameters
+            .clone()
+            .into_iter()
+            .partition(|(key, _)| of_contenders(key));
+        let shown = json!([
+            FORMAT,
+            scene,
+            view,
+            self.transform,
+            technique.about.id,
+            technique.about.version,
+            canonical_table(&shared),
+            [self.width, self.height],
+            self.spp,
+        ]);
+        self.reference = hash(&shown.to_string());
+        let parts = self
+            .built_technique()
+            .map(|technique| versions(technique.as_ref(), &self.method, &self.method_parameters));
+        let done = json!([
+            self.reference,
+            self.method,
+            parts,
+            canonical_table(&self.method_parameters),
+            canonical_table(&own),
+            self.budget,
+            self.seed,
+        ]);
+        self.id = hash(&done.to_string());
+    }
+}
+
+/// Ids and versions of the parts of a method.
+fn versions(
+    technique: &dyn Technique,
+    method: &str,
+    parameters: &toml::Table,
+) -> Vec<(&'static str, u32)> {
+    let started = technique.start(method, parameters, Terms::default());
+    let parts = started.map_or(Vec::new(), |started| started.parts);
+    parts.iter().map(|part| (part.id, part.version)).collect()
+}
+
+/// A table with its keys in order at every level, and with numbers that JSON does not have as text.
+fn canonical_table(table: &toml::Table) -> Value {
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(key, _)| *key);
+    let entries = entries.into_iter();
+    entries
+        .map(|(key, value)| (key.clone(), canonical(value)))
+        .collect()
+}
+
+fn canonical(value: &toml::Value) -> Value {
+    match value {
+        toml::Value::Table(table) => canonical_table(table),
+        toml::Value::Array(items) => items.iter().map(canonical).collect(),
+        toml::Value::Float(x) if !x.is_finite() => x.to_string().into(),
+        other => json!(other),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,101 @@
+//! The files that a scene names, and what becomes of a scene without them.
+
+use super::{BuildReport, EnvironmentDescription, Needs, SceneDescription, SceneError};
+
+/// A file that is not there, in words, and whether light comes from it.
+struct Absent {
+    what: String,
+    shines: bool,
+}
+
+impl SceneDescription {
+    /// Fails when a file that the technique needs is absent. Where the scene is `incomplete` by
+    /// declaration, meshes and textures may be; what shines may not, because nothing stands for it.
+    ///
+    /// # Errors
+    /// [`SceneError::Scene`] with the files and what to do.
+    pub fn require_files(&self, needs: Needs, incomplete: bool) -> Result<(), SceneError> {
+        let absent = self.absent_files(needs);
+        let counts = |a: &&Absent| a.shines || !incomplete;
+        let refused: Vec<&Absent> = absent.iter().filter(counts).collect();
+        let Some(first) = refused.first() else {
+            return Ok(());
+        };
+        let others = match refused.len() {
+            1 => String::new(),
+            n => format!(" (and {} more)", n - 1),
+        };
+        let advice = match first.shines {
+            true => "light comes from it: put it there, or replace it",
+            false => "put it there, or say `incomplete = true` to go on without",
+        };
+        Err(SceneError::Scene {
+            scene: self.name.clone(),
+            message: format!("{} is absent{others}; {advice}", first.what),
+        })
+    }
+
+    fn absent_files(&self, needs: Needs) -> Vec<Absent> {
+        let mut absent = Vec::new();
+        if let Some(EnvironmentDescription::Map { path, .. }) = &self.environment
+            && needs.environment
+            && !path.exists()
+        {
+            absent.push(Absent {
+                what: format!("environment map {}", path.display()),
+                shines: true,
+            });
+        }
+        for shape in &self.shapes {
+            if let Some(path) = shape.source.path().filter(|path| !path.exists()) {
+                absent.push(Absent {
+                    what: format!("{} of shape `{}`", path.display(), shape.name),
+                    shines: needs.emitters && shape.emission.is_some(),
+                });
+            }
+        }
+        if needs.textures {
+            let used = self
+                .shapes
+                .iter()
+                .filter_map(|s| self.materials.get(s.material));
+            let mut used: Vec<usize> = used.flat_map(super::Material::textures).collect();
+            used.sort_unstable();
+            used.dedup();
+            let paths = used
+                .into_iter()
+                .filter_map(|i| self.textures.get(i)?.path());
+            absent.extend(paths.filter(|path| !path.exists()).map(|path| Absent {
+                what: format!("texture {}", path.display()),
+                shines: false,
+            }));
+        }
+        // What shines first: no declaration helps there.
+        absent.sort_by_key(|a| !a.shines);
+        absent
+    }
+}
+
+impl BuildReport {
+    /// All that was left out, repaired, approximated or replaced, a sentence each.
+    pub fn sentences(&self) -> Vec<String> {
+        let counted = [
+            (
+                self.dropped_non_finite,
+                "triangles that are not finite are left out",
+            ),
+            (
+                self.repaired_normals,
+                "vertex normals without a direction are replaced",
+            ),
+            (
+                self.reoriented,
+                "triangles are turned to the side of their normals",
+            ),
+        ];
+        let counted = counted.iter().filter(|(count, _)| *count > 0);
+        let counted = counted.map(|(count, what)| format!("{count} {what}"));
+        let told = self.absent.iter().chain(&self.notes).cloned();
+        told.chain(counted).collect()
+    }
+}

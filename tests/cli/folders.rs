@@ -1,0 +1,165 @@
+//! Results folders over time: resumed, extended, merged, with scenes that change or break.
+
+use std::fs;
+
+use super::planning::{FLOOR, ROOM, experiment, write_room};
+use super::{Place, TINY};
+
+#[test]
+fn a_selection_keeps_what_else_the_folder_has() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let all = ["run", "tiny.toml", "repeats=1", "--out", "out"];
+    assert_eq!(place.lightbench(&all).code, 0);
+    let rows = place.rows("out");
+    assert_eq!(rows.len(), 2);
+    let one = place.lightbench(&[&all[..], &["--method", "IM"]].concat());
+    assert_eq!(one.code, 0, "{}", one.err);
+    assert_eq!(
+        place.rows("out"),
+        rows,
+        "both methods, in the config's order"
+    );
+    let page = fs::read_to_string(place.path().join("out/report.html")).expect("page");
+    assert!(page.contains("VGC+DGS"));
+    let gate = place.lightbench(&["gate", "out"]);
+    assert_ne!(gate.code, 12, "the gate has its data: {}", gate.out);
+    // Another budget is another experiment: its jobs do not stand beside those of the first.
+    let other = [&all[..], &["caches=30", "--method", "IM"]].concat();
+    let other = place.lightbench(&other);
+    assert!(
+        other.err.contains("2 jobs in this folder are no longer"),
+        "{}",
+        other.err
+    );
+    assert_eq!(place.rows("out").len(), 1);
+    let text = fs::read_to_string(place.path().join("out/provenance.json")).expect("there");
+    let provenance: serde_json::Value = serde_json::from_str(&text).expect("json");
+    let entries = provenance["entries"].as_array().expect("entries");
+    assert_eq!(entries.len(), 1, "one program on one machine: {text}");
+    assert!(
+        entries[0]["overrides"].to_string().contains("caches=30"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_mesh_that_was_edited_is_rendered_again() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some(FLOOR));
+    place.write("ao.toml", &experiment("ambient-occlusion", "IM"));
+    let run = || place.lightbench(&["run", "ao.toml"]);
+    assert_eq!(run().code, 0);
+    let before = place.rows("results/room")[0].clone();
+    assert!(run().err.contains("0 jobs to run"));
+    place.write("room/floor.obj", &FLOOR.replace(" 0 ", " 1 "));
+    let again = run();
+    assert!(
+        again.err.contains("1 jobs to run, 0 finished"),
+        "{}",
+        again.err
+    );
+    let after = &place.rows("results/room")[0];
+    assert_ne!(before["reference"], after["reference"]);
+    assert_ne!(before["rmse"], after["rmse"]);
+}
+
+#[test]
+fn a_scene_that_does_not_load_fails_its_jobs_alone() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some("v 0 0 0\nv 1 0 0\nf 1 2 9\n"));
+    let text = TINY.replace(
+        "[[method]]\nid = \"IM\"",
+        "[[scene]]\nname = \"room\"\n[[method]]\nid = \"IM\"",
+    );
+    let text = text.replace("repeats = 2", "repeats = 1");
+    let first = text
+        .replace("\"room\"", "\"x\"")
+        .replace("\"hard-cases\"\nview = \"poles\"", "\"room\"");
+    place.write("mid.toml", &first.replace("\"x\"", "\"hard-cases\""));
+    let run = place.lightbench(&["run", "mid.toml", "--out", "out"]);
+    assert_eq!(run.code, 4, "{}", run.err);
+    let rows = place.rows("out");
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        let status = row["status"].as_str().expect("text");
+        match row["scene"].as_str() {
+            Some("room") => assert!(
+                status.starts_with("failed: ") && status.contains("floor.obj"),
+                "{status}"
+            ),
+            _ => assert_eq!(status, "ok"),
+        }
+    }
+    // Once it is mended, only its jobs are run.
+    place.write("room/floor.obj", FLOOR);
+    let mended = place.lightbench(&["run", "mid.toml", "--out", "out"]);
+    assert_eq!(mended.code, 0, "{}", mended.err);
+    assert!(
+        mended.err.contains("2 jobs to run, 2 finished"),
+        "{}",
+        mended.err
+    );
+}
+
+#[test]
+fn merging_prefers_finished_rows_and_damages_no_part() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let arguments = ["run", "tiny.toml", "repeats=1", "--out"];
+    for out in ["a", "b"] {
+        assert_eq!(place.lightbench(&[&arguments[..], &[out]].concat()).code, 0);
+    }
+    let whole = place.rows("b");
+    for row in &whole {
+        let job = row["job"].as_str().expect("text");
+        let file = place.path().join("a/jobs").join(job).join("row.json");
+        let text = fs::read_to_string(&file).expect("row");
+        fs::write(&file, text.replace("\"ok\"", "\"failed: no memory\"")).expect("writable");
+    }
+    let merged = place.lightbench(&["merge", "a", "b", "--out", "both"]);
+    assert_eq!(merged.code, 0, "{}", merged.err);
+    assert_eq!(place.rows("both"), whole);
+    let into = place.lightbench(&["merge", "a", "b", "--out", "a"]);
+    assert_eq!(into.code, 0, "{}", into.err);
+    assert_eq!(place.rows("a"), whole);
+    assert_eq!(place.lightbench(&["report", "a"]).code, 0);
+    let text = fs::read_to_string(place.path().join("both/provenance.json")).expect("there");
+    assert_eq!(text.matches("ray_kernel").count(), 1, "{text}");
+}
+
+/// A misspelt parameter is no error for the importer, but nothing that may go unsaid.
+#[test]
+fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
+    let place = Place::new();
+    let scene = r#"<scene version="3.0.0">
+<sensor type="perspective"><float name="fov" value="42"/>
+<transform name="to_world"><lookat origin="0, 1, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
+<film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="16"/></film></sensor>
+<shape type="sphere"><float name="raduis" value="0.5"/></shape>
+</scene>"#;
+    place.write("ball.xml", scene);
+    let text = experiment("ambient-occlusion", "IM")
+        .replace("name = \"room\"\n[[m", "name = \"ball.xml\"\n[[m");
+    place.write(
+        "ball.toml",
+        &text.replace("[[method]]", "[[method]]\nid = \"VGC\"\n[[method]]"),
+    );
+    let run = place.lightbench(&["run", "ball.toml", "--out", "out"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert_eq!(
+        run.err.matches("`raduis`").count(),
+        1,
+        "once a scene: {}",
+        run.err
+    );
+    for row in place.rows("out") {
+        assert!(row["notes"].to_string().contains("`raduis`"), "{row}");
+    }
+    for file in ["provenance.json", "report.html"] {
+        let text = fs::read_to_string(place.path().join("out").join(file)).expect("there");
+        assert!(text.contains("raduis"), "{file}");
+    }
+    let output = place.lightbench(&["render", "ball.xml", "--json", "--out", "o.exr"]);
+    assert!(output.err.contains("`raduis`") && output.out.contains("`raduis`"));
+}

@@ -1,0 +1,213 @@
+//! What is found wrong before the first ray, and what a plan is known by.
+
+use std::fs;
+
+use super::{Place, TINY};
+
+/// A floor from a file under a map from a file; neither is there unless a test writes it.
+pub const ROOM: &str = r#"
+[[view]]
+origin = [0, 2, 4]
+target = [0, 0, 0]
+fov_deg = 40
+size = [24, 16]
+[[shape]]
+kind = "cube"
+scale = 0.5
+[[shape]]
+kind = "obj"
+path = "floor.obj"
+"#;
+pub const FLOOR: &str = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n";
+const MAP: &str = "[environment]\nkind = \"map\"\npath = \"gone.hdr\"\n";
+
+/// An experiment on the room.
+pub fn experiment(technique: &str, method: &str) -> String {
+    format!(
+        "name = \"room\"\ntechnique = \"{technique}\"\ncaches = 20\n[[scene]]\nname = \"room\"\n\
+         [[method]]\nid = \"{method}\"\n"
+    )
+}
+
+pub fn write_room(place: &Place, scene: &str, floor: Option<&str>) {
+    fs::create_dir_all(place.path().join("room")).expect("a folder");
+    place.write("room/scene.toml", scene);
+    if let Some(floor) = floor {
+        place.write("room/floor.obj", floor);
+    }
+}
+
+fn refused(place: &Place, arguments: &[&str], expected: &[&str]) {
+    let output = place.lightbench(arguments);
+    assert_eq!(output.code, 2, "{expected:?}: {}", output.err);
+    for text in expected {
+        assert!(output.err.contains(text), "`{text}` in: {}", output.err);
+    }
+    assert!(!place.path().join("results").exists(), "{expected:?}");
+}
+
+#[test]
+fn what_does_not_go_together_is_refused_with_its_place() {
+    let place = Place::new();
+    let distant = TINY.replace("view =", "ao_distance = 0.5\nview =");
+    let lights = |text: &str| {
+        let text = text.replace("ambient-occlusion", "environment-lighting");
+        let text = text.replace("parameters = { side = 8 }\n", "");
+        let text = text.replace("caches = 60", "lights = 4");
+        text.replace("\"VGC+DGS\"", "\"mis\"")
+            .replace("\"IM\"", "\"tmms\"")
+    };
+    let importance = experiment("importance-caching", "VGC+EGR");
+    let twice = "[[scene]]\nname = \"hard-cases\"\n[[method]]\nid = \"IM\"";
+    let cases: [(String, &[&str]); 8] = [
+        (
+            importance.replace("\"room\"\n[[method]]", "\"cornell-curved\"\n[[method]]"),
+            &["bad.toml:7:", "interpolation = \"inverse-distance\""],
+        ),
+        (lights(TINY), &["bad.toml:9:8", "name a map"]),
+        (
+            lights(&distant),
+            &["bad.toml:10:15", "takes no `ao_distance`"],
+        ),
+        (
+            distant.replace("0.5", "-0.5"),
+            &["bad.toml:11:15", "distance"],
+        ),
+        (
+            TINY.replace("[[method]]\nid = \"IM\"", twice),
+            &["bad.toml:1", "scenes 1 and 2", "`poles`", "another `label`"],
+        ),
+        (
+            TINY.replace("[48, 27]", "[48, 0]"),
+            &["bad.toml:6:8", "of at least 1"],
+        ),
+        (
+            TINY.replace("view =", "metres_per_unit = -1.0\nview ="),
+            &["bad.toml:11:19", "above 0"],
+        ),
+        (
+            TINY.replace("view =", "transform = { scale = 0.0 }\nview ="),
+            &["bad.toml:11:13", "scale above 0"],
+        ),
+    ];
+    for (text, expected) in cases {
+        place.write("bad.toml", &text);
+        refused(&place, &["run", "bad.toml"], expected);
+        refused(&place, &["plan", "bad.toml"], expected);
+    }
+    // Two views of one scene are two cases.
+    let views = format!(
+        "{ROOM}{}",
+        ROOM[..ROOM.find("[[shape]]").expect("shapes")]
+            .replace("fov_deg = 40", "fov_deg = 30\nname = \"near\"",)
+    );
+    write_room(&place, &views, Some(FLOOR));
+    let two = experiment("ambient-occlusion", "IM");
+    let two = two.replace(
+        "[[method]]",
+        "[[scene]]\nname = \"room\"\nview = \"near\"\n[[method]]",
+    );
+    place.write("two.toml", &two);
+    let output = place.lightbench(&["plan", "two.toml"]);
+    assert!(
+        output.code == 0 && output.out.contains("2 jobs"),
+        "{}",
+        output.err
+    );
+}
+
+#[test]
+fn absent_files_are_refused_where_they_are_needed() {
+    let place = Place::new();
+    write_room(&place, &format!("{ROOM}{MAP}"), Some(FLOOR));
+    place.write("lit.toml", &experiment("irradiance-caching", "VGC"));
+    refused(
+        &place,
+        &["run", "lit.toml"],
+        &["lit.toml:5:8", "gone.hdr", "light comes from it"],
+    );
+    let incomplete = ["run", "lit.toml", "scene.room.incomplete=true"];
+    refused(&place, &incomplete, &["gone.hdr"]);
+    let render = [
+        "render",
+        "room",
+        "--technique",
+        "path-tracing",
+        "--out",
+        "o.exr",
+    ];
+    refused(&place, &render, &["gone.hdr is absent"]);
+    // Ambient occlusion has no use for a map, but for the floor.
+    place.write("ao.toml", &experiment("ambient-occlusion", "IM"));
+    assert_eq!(place.lightbench(&["plan", "ao.toml"]).code, 0);
+    fs::remove_file(place.path().join("room/floor.obj")).expect("removable");
+    refused(
+        &place,
+        &["plan", "ao.toml"],
+        &["ao.toml:5:8", "floor.obj", "incomplete = true"],
+    );
+    let run = place.lightbench(&["run", "ao.toml", "scene.room.incomplete=true"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert_eq!(
+        run.err.matches("floor.obj is absent").count(),
+        1,
+        "{}",
+        run.err
+    );
+    let row = &place.rows("results/room")[0];
+    assert!(
+        row["notes"].to_string().contains("floor.obj is absent"),
+        "{row}"
+    );
+    let lamp = ROOM.replace("\"floor.obj\"", "\"floor.obj\"\nemission = [1, 1, 1]");
+    place.write("room/scene.toml", &lamp);
+    let render = [
+        "render",
+        "room",
+        "--technique",
+        "direct-lighting",
+        "--out",
+        "o.exr",
+    ];
+    let black = place.lightbench(&render);
+    assert_eq!(black.code, 2, "{}", black.err);
+    assert!(black.err.contains("light comes from it"), "{}", black.err);
+}
+
+#[test]
+fn the_unit_of_a_scene_can_be_set_and_is_part_of_the_keys() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let ids = |setting: &[&str]| {
+        let arguments = [&["plan", "tiny.toml", "--json"], setting].concat();
+        let output = place.lightbench(&arguments);
+        let plan: serde_json::Value = serde_json::from_str(&output.out).expect("json");
+        let job = |key: &str| plan["jobs"][0][key].as_str().map(str::to_owned);
+        [job("id"), job("reference")]
+    };
+    let (plain, set) = (ids(&[]), ids(&["scene.hard-cases.metres_per_unit=0.1"]));
+    assert_ne!(plain[0], set[0]);
+    assert_ne!(plain[1], set[1]);
+    let image = |setting: &[&str]| {
+        let render = [
+            "render",
+            "hard-cases",
+            "--size",
+            "24x16",
+            "--budget",
+            "20",
+            "--set",
+            "side=8",
+            "--method",
+            "VGC",
+            "--out",
+            "o.exr",
+        ];
+        let output = place.lightbench(&[&render, setting].concat());
+        assert_eq!(output.code, 0, "{}", output.err);
+        fs::read(place.path().join("o.exr")).expect("an image")
+    };
+    let plain = image(&[]);
+    assert_eq!(plain, image(&["--set", "metres_per_unit=1"]));
+    assert_ne!(plain, image(&["--set", "metres_per_unit=0.01"]));
+}
