@@ -341,6 +341,10 @@ impl Planner<'_> {
             let path = ["scene", index, "ao_distance"];
             return Err(self.source.error(&path, message));
         }
+        if !(distance.is_finite() && distance > 0.0) {
+            let message = "ao_distance: expected a distance above 0, scene units".into();
+            return Err(self.source.error(&["scene", index, "ao_distance"], message));
+        }
         parameters.insert("distance".into(), Value::Float(distance));
         Ok(parameters)
     }

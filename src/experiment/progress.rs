@@ -221,7 +221,11 @@ impl Progress {
 
     /// Something to know about results, printed at once.
     pub fn note(&self, text: &str) {
-        self.line(&format!("note: {text}"));
+        let text = format!("note: {text}");
+        match &self.bar {
+            Some(bar) => bar.println(text),
+            None => self.line(&text),
+        }
     }
 
     fn line(&self, text: &str) {

@@ -71,6 +71,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
     provenance.start(plan);
     provenance.write(&store)?;
     let mut runner = Runner {
+        progress: Progress::new(&united, options.quiet),
         store,
         plan: united,
         provenance,
@@ -79,7 +80,6 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         references: ReferenceStore {
             folder: options.references.clone(),
         },
-        progress: Progress::new(plan, options.quiet),
         outcome: Outcome::default(),
         keeps_lights: config.figure.iter().any(|f| f.kind.shows_lights()),
         bytes_scene: 0,

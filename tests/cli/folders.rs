@@ -54,11 +54,7 @@ fn a_mesh_that_was_edited_is_rendered_again() {
     assert!(run().err.contains("0 jobs to run"));
     place.write("room/floor.obj", &FLOOR.replace(" 0 ", " 1 "));
     let again = run();
-    assert!(
-        again.err.contains("1 jobs to run, 0 finished"),
-        "{}",
-        again.err
-    );
+    assert!(again.err.contains("1 jobs to run"), "{}", again.err);
     let after = &place.rows("results/room")[0];
     assert_ne!(before["reference"], after["reference"]);
     assert_ne!(before["rmse"], after["rmse"]);
