@@ -19,6 +19,7 @@
 
 mod caster;
 mod counter;
+mod hidden;
 mod kernel;
 mod portable;
 mod query;
