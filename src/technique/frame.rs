@@ -307,6 +307,7 @@ pub fn shading_points(frame: &Frame, counter: &RayCounter) -> ShadingPoints {
         point_of_pixel: vec![NO_POINT; frame.pixels()],
         diagonal: frame.scene.diagonal,
         metres_per_unit: frame.scene.metres_per_unit as f32,
+        unit_is_assumed: frame.scene.unit_is_assumed,
         ..ShadingPoints::default()
     };
     for seen in all {
