@@ -52,7 +52,7 @@ fn still_life() -> SceneDescription {
     SceneDescription {
         name: "test".into(),
         exposure: 1.0,
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         max_depth: 2,
         views: vec![View::look_at("v", eye, 50.0, SIZE)],
         materials: vec![Material::diffuse("grey", [0.7, 0.6, 0.5]), glossy],

@@ -25,7 +25,7 @@ fn description(eye: DVec3, shapes: Vec<ShapeDescription>) -> SceneDescription {
     SceneDescription {
         name: "test".into(),
         exposure: 1.0,
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         max_depth: 6,
         views: vec![View::look_at("v", [eye, DVec3::ZERO, DVec3::Y], 60.0, SIZE)],
         materials: vec![Material::diffuse("grey", [0.8, 0.5, 0.1])],

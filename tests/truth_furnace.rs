@@ -21,7 +21,7 @@ fn scene(
     SceneDescription {
         name: name.into(),
         exposure: 1.0,
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         views: vec![View::look_at(
             "v",
             [eye, DVec3::ZERO, DVec3::Y],

@@ -39,7 +39,7 @@ fn description(name: &str, view: View) -> SceneDescription {
     SceneDescription {
         name: name.into(),
         exposure: 1.0,
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         views: vec![view],
         ..SceneDescription::default()
     }

@@ -42,6 +42,8 @@ pub struct ShadingPoints {
     pub diagonal: f32,
     /// Metres per scene unit, for formulas that are in metres.
     pub metres_per_unit: f32,
+    /// Whether nothing declares the unit, so that `metres_per_unit` follows from the diagonal.
+    pub unit_is_assumed: bool,
 }
 
 impl ShadingPoints {

@@ -214,7 +214,7 @@ fn settings(
                 match key.as_str() {
                     "max_depth" => description.max_depth = number as u32,
                     "ao_distance" => description.ao_distance = Some(number),
-                    _ => description.metres_per_unit = number,
+                    _ => description.metres_per_unit = Some(number),
                 }
             }
             "environment" => description.environment = Some(environment(value)?),

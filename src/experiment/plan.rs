@@ -276,7 +276,7 @@ impl Planner<'_> {
                     let path = ["scene", &index, "metres_per_unit"];
                     return Err(self.source.error(&path, message));
                 }
-                description.metres_per_unit = metres;
+                description.metres_per_unit = Some(metres);
             }
             let scene = PlannedScene {
                 index: &index,

@@ -347,7 +347,7 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
         description.environment = Some(find_environment(name)?);
     }
     if let Some(metres) = job.metres_per_unit {
-        description.metres_per_unit = metres;
+        description.metres_per_unit = Some(metres);
     }
     description.require_files(technique.needs(), job.incomplete)?;
     if let Some(t) = job.transform {

@@ -43,6 +43,7 @@ fn plane(width: usize, height: usize) -> ShadingPoints {
         point_of_pixel: (0..count as u32).collect(),
         diagonal: 100.0,
         metres_per_unit: 1.0,
+        unit_is_assumed: false,
     }
 }
 

@@ -5,6 +5,9 @@
 //! to α σ at the farthest point, `α = 1 + Γ (d_max − d_min)`, so that distant surfaces get fewer records.
 //! σ_a is given; σ_s follows from the budget. The record of a cluster is the member nearest to its jittered
 //! mean position and mean normal.
+//!
+//! *differs:* Γ is per metre. Where a scene does not declare the length of its unit, its diagonal is taken for
+//! 10 m, so that Γ is 2 per diagonal and the unit of the file does not matter.
 
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -96,7 +99,8 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
         failures: &[
             "Knows nothing of shading: shadow edges on flat ground get no records of their own.",
             "Open scenes with a large depth range want about twice the suggested angle.",
-            "A scene with a wrong metres_per_unit gets wrong thresholds and about half more error.",
+            "A scene with a wrong metres_per_unit gets wrong thresholds and about half more error; \
+             one without takes its diagonal for 10 m.",
         ],
         parameters: &[
             Parameter {
@@ -195,7 +199,7 @@ impl FirstStage for ViewGuided {
             cut = Cut::find(&tree, angular(thresholds), count);
         }
         let angle_deg = thresholds.angle_rad.to_degrees();
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> = self.note_on_unit(points).into_iter().collect();
         if thresholds.angle_rad > asked.to_radians() {
             notes.push(format!(
                 "σ_a = {asked:.1}° gives more than {count} clusters at any σ_s: raised to \
@@ -274,6 +278,18 @@ impl ViewGuided {
         let mut growth = Growth::new(range, self.gamma as f32, points.metres_per_unit);
         growth.literal_sign = self.literal_sign;
         growth
+    }
+
+    /// What Γ is in a scene whose unit is not declared.
+    fn note_on_unit(&self, points: &ShadingPoints) -> Option<String> {
+        let metres = points.metres_per_unit;
+        points.unit_is_assumed.then(|| {
+            format!(
+                "no metres_per_unit is declared: Γ = {:.3} per diagonal, which is taken for {:.0} m",
+                self.gamma as f32 * metres * points.diagonal,
+                metres * points.diagonal
+            )
+        })
     }
 
     /// *differs:* the paper sets the angle by the total budget; a placement knows only its own

@@ -13,6 +13,10 @@ use super::{
 };
 use crate::environment::{Environment, EnvironmentError};
 
+/// What the diagonal of a scene is taken for whose unit nobody declares: formulas in metres then do not
+/// depend on the unit, and a room of about this size gets what it would get if it were declared.
+pub const ASSUMED_DIAGONAL_M: f64 = 10.0;
+
 /// A loaded scene: world-space triangles around the centre of the bounding box, and what the
 /// technique asked for. Attribute vectors that were not needed are empty.
 #[derive(Clone, Debug, Default)]
@@ -40,7 +44,10 @@ pub struct Scene {
     pub diagonal: f32,
     /// What was subtracted from all positions.
     pub origin: DVec3,
+    /// As declared, or such that the diagonal is [`ASSUMED_DIAGONAL_M`].
     pub metres_per_unit: f64,
+    /// Whether nothing declares the unit.
+    pub unit_is_assumed: bool,
     /// Scene units.
     pub ao_distance: f32,
     pub exposure: f32,
@@ -110,7 +117,6 @@ impl Scene {
     pub fn build(description: &SceneDescription, needs: Needs) -> Result<Scene, SceneError> {
         let mut scene = Scene {
             name: description.name.clone(),
-            metres_per_unit: description.metres_per_unit,
             exposure: description.exposure,
             max_depth: description.max_depth,
             ..Scene::default()
@@ -118,6 +124,7 @@ impl Scene {
         scene.report.notes = description.notes.clone();
         let shapes = load_shapes(description, needs.normals, &mut scene.report)?;
         scene.centre(&shapes);
+        scene.measure(description.metres_per_unit);
         scene.add_geometry(description, shapes, needs)?;
         scene.views = description.views.clone();
         for view in &mut scene.views {
@@ -140,6 +147,19 @@ impl Scene {
         if low.x <= high.x {
             self.origin = (low + high) * 0.5;
             self.diagonal = (high - low).length() as f32;
+        }
+    }
+
+    /// Takes the unit as declared, or says what is assumed instead.
+    fn measure(&mut self, metres_per_unit: Option<f64>) {
+        let diagonal = f64::from(self.diagonal);
+        self.unit_is_assumed = metres_per_unit.is_none();
+        self.metres_per_unit = metres_per_unit.unwrap_or(ASSUMED_DIAGONAL_M / diagonal);
+        if self.unit_is_assumed {
+            self.report.notes.push(format!(
+                "no metres_per_unit is declared: formulas in metres (Γ of VGC, λ of distances) take \
+                 the diagonal, {diagonal} units, for {ASSUMED_DIAGONAL_M} m"
+            ));
         }
     }
 

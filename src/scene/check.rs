@@ -20,6 +20,8 @@ pub struct SceneCheck {
     pub diagonal: f32,
     pub ao_distance: f32,
     pub metres_per_unit: f64,
+    /// Whether the unit is a guess; a note says which.
+    pub unit_is_assumed: bool,
     pub max_depth: u32,
     pub report: BuildReport,
 }
@@ -50,6 +52,7 @@ pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneEr
         diagonal: scene.diagonal,
         ao_distance: scene.ao_distance,
         metres_per_unit: scene.metres_per_unit,
+        unit_is_assumed: scene.unit_is_assumed,
         max_depth: scene.max_depth,
         report: scene.report,
     })

@@ -17,8 +17,9 @@ pub struct SceneDescription {
     pub title: String,
     /// The file it came from, for messages and content keys (`None` when embedded).
     pub file: Option<PathBuf>,
-    /// Length of a scene unit in metres (formulas of the papers that are in metres use it).
-    pub metres_per_unit: f64,
+    /// Length of a scene unit in metres (formulas of the papers that are in metres use it); `None`
+    /// where nothing says it, as in Mitsuba files: see [`super::ASSUMED_DIAGONAL_M`].
+    pub metres_per_unit: Option<f64>,
     /// Maximum length of ambient-occlusion rays in scene units; `None` means 0.1 × the diagonal of
     /// the bounding box.
     pub ao_distance: Option<f64>,

@@ -27,7 +27,7 @@ mod texture;
 mod transform;
 mod view;
 
-pub use build::{BuildReport, CategoryBytes, Scene, Shape};
+pub use build::{ASSUMED_DIAGONAL_M, BuildReport, CategoryBytes, Scene, Shape};
 pub use check::{SceneCheck, check_scene};
 pub use description::{
     EnvironmentDescription, LightDescription, SceneDescription, ShapeDescription, ShapeSource,

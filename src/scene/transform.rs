@@ -6,7 +6,7 @@ use super::{EnvironmentDescription, LightDescription, SceneDescription};
 
 impl SceneDescription {
     /// Scales, then turns about +y, then moves everything, cameras, lights and declared lengths
-    /// included. Metres per unit follow, so that lengths in metres stay what they were.
+    /// included. Metres per unit follow where they are declared, so that lengths in metres stay what they were.
     pub fn transformed(mut self, scale: f64, rotate_y_deg: f64, translate: DVec3) -> Self {
         let turn = DQuat::from_rotation_y(rotate_y_deg.to_radians());
         let all = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), turn, translate);
@@ -36,7 +36,7 @@ impl SceneDescription {
             Some(EnvironmentDescription::Constant { .. }) | None => {}
         }
         self.ao_distance = self.ao_distance.map(|d| d * scale);
-        self.metres_per_unit /= scale;
+        self.metres_per_unit = self.metres_per_unit.map(|m| m / scale);
         self
     }
 }

@@ -389,6 +389,7 @@ pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
         point_of_pixel,
         diagonal: shot.scene.diagonal,
         metres_per_unit: shot.scene.metres_per_unit as f32,
+        unit_is_assumed: shot.scene.unit_is_assumed,
     }
 }
 

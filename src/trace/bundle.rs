@@ -33,7 +33,13 @@ pub fn occluded<F: Floats, const TIGHT: bool>(
 ) {
     let order = Order::new(bundle.directions.len());
     for start in (0..bundle.directions.len()).step_by(TILE) {
-        let tile = Tile::new(tree.present, bundle, order, start);
+        let mut tile = Tile::new(tree.present, bundle, order, start);
+        if bundle.continues {
+            for k in bits(tile.rays) {
+                let i = order.index(start + k);
+                tile.rays ^= (occluded[i / 64] >> (i % 64) & 1) << k;
+            }
+        }
         let blocked = occluded_tile(tree, &tile, scratch);
         for k in bits(blocked) {
             let i = order.index(start + k);
@@ -53,7 +59,13 @@ pub fn closest<F: Floats, const TIGHT: bool>(
     let order = Order::new(bundle.directions.len());
     for start in (0..bundle.directions.len()).step_by(TILE) {
         let mut tile = Tile::new(tree.present, bundle, order, start);
-        let found = closest_tile(tree, &mut tile, scratch);
+        let mut best = [None; TILE];
+        if bundle.continues {
+            for k in bits(tile.rays) {
+                best[k] = hits[order.index(start + k)];
+            }
+        }
+        let found = closest_tile(tree, &mut tile, best, scratch);
         for k in bits(tile.rays) {
             hits[order.index(start + k)] = found[k];
         }
@@ -123,17 +135,21 @@ fn occluded_tile<F: Floats, const TIGHT: bool>(
     tile.rays & !alive
 }
 
-/// The closest hits of a tile, which also become the limits of its rays.
+/// The closest hits of a tile, which also become the limits of its rays; `best` comes in with those of
+/// another tree.
 #[inline(always)]
 fn closest_tile<F: Floats, const TIGHT: bool>(
     tree: &WideTree<F, TIGHT>,
     tile: &mut Tile<F>,
+    mut best: [Option<Hit>; TILE],
     scratch: &mut Scratch,
 ) -> [Option<Hit>; TILE] {
     let present = tree.present;
     let origin = Vectors::splat(present, tile.origin);
-    let mut best = [None; TILE];
-    let mut reach = reach_squared(tile.bundle.t_max);
+    let mut reach = match tile.bundle.continues {
+        true => tile.shorten(&best, tile.rays),
+        false => reach_squared(tile.bundle.t_max),
+    };
     let stack = &mut scratch.tiles;
     stack[0] = Waiting {
         rays: tile.rays,

@@ -64,6 +64,7 @@ impl<'a> Caster<'a> {
             origin,
             directions,
             t_max,
+            continues: false,
         };
         let Some(tree) = self.tracer.tree.as_ref() else {
             return;
@@ -93,6 +94,7 @@ impl<'a> Caster<'a> {
             origin,
             directions,
             t_max,
+            continues: false,
         };
         let Some(tree) = self.tracer.tree.as_ref() else {
             return;

@@ -19,6 +19,7 @@ use obvhs::triangle::Triangle;
 
 use super::binary::BinaryNode;
 use super::lanes::{Floats, MOST_LANES};
+use super::soup::Soup;
 use super::wide::{Block, CHILDREN_ROW, IDS_ROW, LEAF, Line, Node, WideTree};
 use crate::memory::settled;
 
@@ -27,14 +28,17 @@ const BLOCK_COST: f32 = 0.8;
 /// The decision "as with one slot fewer", or "a block of triangles" for one slot.
 const KEEP: u8 = 0;
 
-/// Collapses a binary tree.
+/// The caller's index of a triangle, and its vectors.
+type Rows = (u32, [Vec3; 3]);
+
+/// Collapses a binary tree over the triangles of `soup`.
 pub fn collapse<F: Floats, const TIGHT: bool>(
     present: F::Present,
     tree: &[BinaryNode],
-    triangles: &[Triangle],
+    soup: &Soup,
 ) -> WideTree<F, TIGHT> {
     let corners = |id: u32| {
-        let Triangle { v0, v1, v2 } = triangles[id as usize];
+        let Triangle { v0, v1, v2 } = soup.corners[id as usize];
         [v0, v1, v2].map(Vec3::from)
     };
     let area = |id: u32| {
@@ -44,7 +48,8 @@ pub fn collapse<F: Floats, const TIGHT: bool>(
     // What a block holds of a triangle.
     let rows = |id: u32| {
         let [a, b, c] = corners(id);
-        (!is_degenerate([a, b, c])).then_some(if TIGHT { [a, b, c] } else { [a, a - b, c - a] })
+        let rows = if TIGHT { [a, b, c] } else { [a, a - b, c - a] };
+        (!is_degenerate([a, b, c])).then(|| (soup.index(id), rows))
     };
     let (lines, stack_entries) = emit::<F>(&Plan::new(tree, F::LANES, area), rows);
     WideTree {
@@ -174,7 +179,7 @@ struct Open {
 
 /// Writes nodes in depth-first order, each followed by its blocks. Also tells how many entries a
 /// traversal stack needs.
-fn emit<F: Floats>(plan: &Plan, rows: impl Fn(u32) -> Option<[Vec3; 3]>) -> (Vec<Line>, usize) {
+fn emit<F: Floats>(plan: &Plan, rows: impl Fn(u32) -> Option<Rows>) -> (Vec<Line>, usize) {
     let mut lines = Vec::with_capacity(plan.nodes.len());
     let mut stack_entries = 1;
     let mut children = Vec::with_capacity(F::LANES);
@@ -264,22 +269,17 @@ impl<'a> Part<'a> {
 
     /// Writes the triangles below a place that can be hit, which are its next leaves in depth-first
     /// order.
-    fn set_triangles(
-        &mut self,
-        plan: &Plan,
-        place: usize,
-        rows: impl Fn(u32) -> Option<[Vec3; 3]>,
-    ) {
+    fn set_triangles(&mut self, plan: &Plan, place: usize, rows: impl Fn(u32) -> Option<Rows>) {
         let end = place + plan.nodes[place].length();
         let leaves = plan.nodes[place..end].iter().filter(|node| node.is_leaf());
         for (lane, leaf) in leaves.enumerate() {
-            let Some(rows) = rows(leaf.triangle) else {
+            let Some((id, rows)) = rows(leaf.triangle) else {
                 continue;
             };
             for (k, axis) in (0..9).map(|i| (i / 3, i % 3)) {
                 self.set(3 * k + axis, lane, rows[k][axis].to_bits());
             }
-            self.set(IDS_ROW, lane, leaf.triangle);
+            self.set(IDS_ROW, lane, id);
         }
     }
 }

@@ -1,36 +1,35 @@
 //! Where the kernels are compiled: each query once for each set of instructions, and the choice of the
 //! set for a tree.
 
-use obvhs::triangle::Triangle;
-
 use super::binary::improved;
 use super::collapse::collapse;
 use super::kernel::{Instructions, Kernel};
 use super::lanes::{Avx2, Avx512, Floats, MOST_LANES};
 use super::query::{Bundle, RayTree, Scratch, Waiting};
 use super::single::Beam;
+use super::soup::Soup;
 use super::tracer::{THOROUGH, binary_tree};
 use super::wide::WideTree;
 use super::{Hit, Ray, bundle, single};
 
 /// The wide tree of a kernel, where this processor can run it.
-pub fn tree(corners: &[Triangle], kernel: Kernel) -> Option<Box<dyn RayTree>> {
+pub fn tree(soup: &Soup, kernel: Kernel) -> Option<Box<dyn RayTree>> {
     match kernel {
-        Kernel::Wide(Instructions::Avx512) => build::<Avx512, false>(corners),
-        Kernel::Wide(Instructions::Avx2) => build::<Avx2, false>(corners),
-        Kernel::Watertight(Instructions::Avx512) => build::<Avx512, true>(corners),
-        Kernel::Watertight(Instructions::Avx2) => build::<Avx2, true>(corners),
+        Kernel::Wide(Instructions::Avx512) => build::<Avx512, false>(soup),
+        Kernel::Wide(Instructions::Avx2) => build::<Avx2, false>(soup),
+        Kernel::Watertight(Instructions::Avx512) => build::<Avx512, true>(soup),
+        Kernel::Watertight(Instructions::Avx2) => build::<Avx2, true>(soup),
         Kernel::Portable => None,
     }
 }
 
-fn build<F: Floats + 'static, const TIGHT: bool>(corners: &[Triangle]) -> Option<Box<dyn RayTree>>
+fn build<F: Floats + 'static, const TIGHT: bool>(soup: &Soup) -> Option<Box<dyn RayTree>>
 where
     WideTree<F, TIGHT>: RayTree,
 {
     let present = F::detect()?;
-    let binary = improved(&binary_tree(corners, THOROUGH));
-    let tree: WideTree<F, TIGHT> = collapse(present, &binary, corners);
+    let binary = improved(&binary_tree(&soup.corners, THOROUGH));
+    let tree: WideTree<F, TIGHT> = collapse(present, &binary, soup);
     Some(Box::new(tree))
 }
 

@@ -1,5 +1,6 @@
 //! Which instructions answer ray queries, decided at run time.
 
+use super::hidden::hidden;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512, Floats};
 
@@ -29,7 +30,7 @@ pub enum Instructions {
 impl Instructions {
     const ALL: [Self; 2] = [Self::Avx512, Self::Avx2];
 
-    /// Whether this processor has them.
+    /// Whether this processor has them and they are not hidden.
     fn are_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         return match self {
@@ -69,8 +70,10 @@ impl Kernel {
     /// one of [`Kernel::name`]), or the fastest one of this processor when it is not set.
     ///
     /// # Errors
-    /// A name that is not one of these, or a kernel that this processor cannot run.
+    /// A name that is not one of these, or a kernel that this processor cannot run; a name that
+    /// `LIGHTBENCH_HIDE` does not know.
     pub fn requested() -> Result<Self, String> {
+        hidden().as_ref().map_err(String::clone)?;
         let Some(value) = std::env::var_os(VARIABLE) else {
             return Ok(Self::wide().unwrap_or(Self::Portable));
         };
@@ -91,7 +94,7 @@ impl Kernel {
             let present = Self::ALL.into_iter().filter(|kernel| kernel.is_available());
             let names: Vec<&str> = present.map(Self::name).collect();
             format!(
-                "{VARIABLE} = {value:?}: this processor lacks the instructions; it runs {}",
+                "{VARIABLE} = {value:?}: this processor lacks the instructions, or they are hidden; it runs {}",
                 names.join(", ")
             )
         })
@@ -103,7 +106,7 @@ impl Kernel {
         Self::requested().unwrap_or(Self::Portable)
     }
 
-    /// Whether this processor has the instructions.
+    /// Whether this processor has the instructions and they are not hidden.
     pub fn is_available(self) -> bool {
         match self {
             Self::Wide(set) | Self::Watertight(set) => set.are_available(),

@@ -9,6 +9,8 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, IndexMut, Mul, Sub};
 
+use super::hidden::Hideable;
+
 /// The most lanes of any instruction set.
 pub const MOST_LANES: usize = 16;
 
@@ -25,7 +27,7 @@ pub trait Floats:
     /// Proof that the processor has the instructions.
     type Present: Copy + Send + Sync;
 
-    /// The proof, if there is one.
+    /// The proof, if the processor has the instructions and `LIGHTBENCH_HIDE` does not hide them.
     fn detect() -> Option<Self::Present>;
     fn splat(present: Self::Present, value: f32) -> Self;
     fn load(present: Self::Present, row: &Self::Row) -> Self;
@@ -156,7 +158,8 @@ impl Floats for Avx512 {
     type Present = HasAvx512;
 
     fn detect() -> Option<HasAvx512> {
-        let present = is_x86_feature_detected!("avx512f")
+        let present = !Hideable::Avx512.is_hidden()
+            && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512dq")
             && Avx2::detect().is_some();
         present.then_some(HasAvx512(()))
@@ -236,7 +239,8 @@ impl Floats for Avx2 {
     type Present = HasAvx2;
 
     fn detect() -> Option<HasAvx2> {
-        let present = is_x86_feature_detected!("avx2")
+        let present = !Hideable::Avx2.is_hidden()
+            && is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("fma")
             && is_x86_feature_detected!("bmi1")
             && is_x86_feature_detected!("bmi2")

@@ -5,6 +5,7 @@
 //! (`lanes`: sixteen with AVX-512, eight with AVX2), `single` traverses it with one ray, `bundle` with 64 rays of
 //! one origin; both use the test of `triangle` and agree to the last bit, whatever the width. `entry` is where
 //! they are compiled for an instruction set. `portable` is obvhs' own traversal for processors with neither.
+//! Where some triangles move, `pair` asks two trees, of which one is built anew when they have moved.
 //!
 //! `unsafe` is a call of an instruction whose presence is proven, an unchecked index or the place of a node or
 //! block in the tree (both checked all the same in builds with debug assertions, as those of the tests), vector
@@ -19,9 +20,12 @@
 
 mod caster;
 mod counter;
+mod hidden;
 mod kernel;
+mod pair;
 mod portable;
 mod query;
+mod soup;
 mod tracer;
 
 #[cfg(target_arch = "x86_64")]

@@ -13,6 +13,7 @@ use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
 
 use super::query::{RayTree, Scratch};
+use super::soup::Soup;
 use super::tracer::{MEDIUM, binary_tree};
 use super::{Hit, Ray};
 
@@ -35,15 +36,15 @@ enum Either {
 }
 
 impl PortableTree {
-    /// `corners` must have at least one triangle.
-    pub fn new(corners: &[Triangle]) -> Self {
-        let scale = power_of_two_scale(corners);
+    /// `soup` must have at least one triangle.
+    pub fn new(soup: &Soup) -> Self {
+        let scale = power_of_two_scale(&soup.corners);
         let scaled = |t: &Triangle| Triangle {
             v0: t.v0 * scale,
             v1: t.v1 * scale,
             v2: t.v2 * scale,
         };
-        let corners: Vec<Triangle> = corners.iter().map(scaled).collect();
+        let corners: Vec<Triangle> = soup.corners.iter().map(scaled).collect();
         let mut binary = binary_tree(&corners, MEDIUM);
         let compressed = bvh2_to_cwbvh(&binary, 3, true, false);
         let (tree, indices) = if compressed_levels(&compressed) <= COMPRESSED_LEVELS {
@@ -58,7 +59,7 @@ impl PortableTree {
         Self {
             tree,
             triangles: indices.iter().map(ordered).collect(),
-            indices,
+            indices: indices.into_iter().map(|i| soup.index(i)).collect(),
             scale,
         }
     }

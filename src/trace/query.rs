@@ -9,9 +9,20 @@ pub struct Bundle<'a> {
     pub origin: Vec3,
     pub directions: &'a [Vec3],
     pub t_max: f32,
+    /// Whether another tree was asked first: rays that it found blocked are done with, and its hits
+    /// are limits.
+    pub continues: bool,
 }
 
 impl Bundle<'_> {
+    /// The same rays for a second tree.
+    pub fn continued(&self) -> Self {
+        Self {
+            continues: true,
+            ..*self
+        }
+    }
+
     pub fn ray(&self, i: usize) -> Ray {
         Ray {
             t_max: self.t_max,
@@ -31,6 +42,20 @@ pub struct Scratch {
     pub tiles: Vec<Waiting>,
 }
 
+impl Scratch {
+    /// Stacks for either of two trees.
+    pub fn united(self, other: Self) -> Self {
+        fn longer<T>(a: Vec<T>, b: Vec<T>) -> Vec<T> {
+            if a.len() < b.len() { b } else { a }
+        }
+        Self {
+            children: longer(self.children, other.children),
+            sorted: longer(self.sorted, other.sorted),
+            tiles: longer(self.tiles, other.tiles),
+        }
+    }
+}
+
 /// A child waiting for the rays of a tile that enter it.
 #[derive(Clone, Copy, Default)]
 pub struct Waiting {
@@ -47,18 +72,33 @@ pub trait RayTree: Send + Sync {
     fn closest(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>;
     fn occluded(&self, ray: &Ray, scratch: &mut Scratch) -> bool;
 
-    /// Sets the bits of blocked directions; `occluded` comes in cleared.
-    fn occluded_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, occluded: &mut [u64]) {
-        for i in 0..bundle.directions.len() {
-            let bit = u64::from(self.occluded(&bundle.ray(i), scratch));
-            occluded[i / 64] |= bit << (i % 64);
+    /// The closest hit of this tree and of another one, whose hit is known; of hits at the same distance
+    /// the one with the smaller index.
+    fn closer(&self, ray: &Ray, known: Option<Hit>, scratch: &mut Scratch) -> Option<Hit> {
+        let t_max = known.map_or(ray.t_max, |hit| hit.t);
+        let found = self.closest(&Ray { t_max, ..*ray }, scratch);
+        let order = |hit: &Hit| (hit.t, hit.triangle);
+        match (known, found) {
+            (Some(known), Some(found)) if order(&known) < order(&found) => Some(known),
+            (known, found) => found.or(known),
         }
     }
 
-    /// One hit a direction.
+    /// Sets the bits of blocked directions; `occluded` comes in cleared, or with the answers of another
+    /// tree where the bundle continues.
+    fn occluded_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, occluded: &mut [u64]) {
+        for i in 0..bundle.directions.len() {
+            if occluded[i / 64] >> (i % 64) & 1 == 0 {
+                let bit = u64::from(self.occluded(&bundle.ray(i), scratch));
+                occluded[i / 64] |= bit << (i % 64);
+            }
+        }
+    }
+
+    /// One hit a direction; `hits` come in empty, or with those of another tree where the bundle continues.
     fn closest_bundle(&self, bundle: &Bundle, scratch: &mut Scratch, hits: &mut [Option<Hit>]) {
         for (i, hit) in hits.iter_mut().enumerate() {
-            *hit = self.closest(&bundle.ray(i), scratch);
+            *hit = self.closer(&bundle.ray(i), *hit, scratch);
         }
     }
 }

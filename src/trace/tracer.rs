@@ -1,5 +1,6 @@
 //! The tree behind the project's interface.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::Vec3;
@@ -9,15 +10,29 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::ploc::PlocSearchDistance;
 use obvhs::triangle::Triangle;
 
+use super::pair::Pair;
 use super::portable::PortableTree;
 use super::query::RayTree;
+use super::soup::Soup;
 use super::{Caster, Kernel, RayCounter};
 
-/// An immutable ray-tracing structure over triangles; share it between threads by reference.
+/// A ray-tracing structure over triangles, of which some may move; share it between threads by
+/// reference.
 pub struct Tracer {
     /// `None` for a scene without triangles.
     pub(super) tree: Option<Box<dyn RayTree>>,
     kernel: Kernel,
+    /// `None` where all triangles stand still.
+    moving: Option<Moving>,
+}
+
+/// What it takes to follow the triangles that move.
+struct Moving {
+    /// The tree of the others, if there are any.
+    still: Option<Arc<dyn RayTree>>,
+    /// Vertex indices and the caller's index of each that moves.
+    triangles: Vec<[u32; 3]>,
+    indices: Vec<u32>,
 }
 
 impl Tracer {
@@ -29,22 +44,65 @@ impl Tracer {
 
     /// Builds the tree for a kernel, or for [`Kernel::Portable`] where that one is unavailable.
     pub fn with_kernel(positions: &[Vec3], triangles: &[[u32; 3]], kernel: Kernel) -> Self {
-        let corners: Vec<Triangle> = triangles
-            .iter()
-            .map(|t| {
-                let [v0, v1, v2] = t.map(|i| positions[i as usize].into());
-                Triangle { v0, v1, v2 }
-            })
-            .collect();
-        let kernel = if kernel.is_available() {
-            kernel
-        } else {
-            Kernel::Portable
-        };
+        let kernel = answering(kernel);
         Self {
-            tree: (!corners.is_empty()).then(|| tree(&corners, kernel)),
+            tree: tree(&Soup::new(positions, triangles, &[]), kernel),
             kernel,
+            moving: None,
         }
+    }
+
+    /// As [`Tracer::new`], with a flag a triangle that says whether it can move: see
+    /// [`Tracer::moved`]. Hits are those of a tracer over all triangles in their places.
+    ///
+    /// # Panics
+    /// If there are fewer flags than triangles.
+    pub fn with_moving(positions: &[Vec3], triangles: &[[u32; 3]], moving: &[bool]) -> Self {
+        Self::with_moving_for(Kernel::best(), (positions, triangles), moving)
+    }
+
+    pub(super) fn with_moving_for(
+        kernel: Kernel,
+        (positions, triangles): (&[Vec3], &[[u32; 3]]),
+        moving: &[bool],
+    ) -> Self {
+        let kernel = answering(kernel);
+        let (moved, kept): (Vec<u32>, Vec<u32>) =
+            (0..triangles.len() as u32).partition(|&i| moving[i as usize]);
+        if moved.is_empty() {
+            return Self::with_kernel(positions, triangles, kernel);
+        }
+        let of = |indices: &[u32]| -> Vec<[u32; 3]> {
+            indices.iter().map(|&i| triangles[i as usize]).collect()
+        };
+        let still = tree(&Soup::new(positions, &of(&kept), &kept), kernel);
+        let mut tracer = Self {
+            tree: None,
+            kernel,
+            moving: Some(Moving {
+                still: still.map(Arc::from),
+                triangles: of(&moved),
+                indices: moved,
+            }),
+        };
+        tracer.moved(positions);
+        tracer
+    }
+
+    /// Follows the triangles that can move to new positions, at the cost of building their tree only.
+    /// `positions` are those of all vertices; only vertices of triangles that can move are read.
+    pub fn moved(&mut self, positions: &[Vec3]) {
+        let Some(moving) = &self.moving else {
+            return;
+        };
+        let soup = Soup::new(positions, &moving.triangles, &moving.indices);
+        self.tree = match (&moving.still, tree(&soup, self.kernel)) {
+            (Some(still), Some(moving)) => {
+                let still = still.clone();
+                Some(Box::new(Pair { still, moving }))
+            }
+            (_, alone) => alone,
+        };
     }
 
     /// The kernel that answers, for provenance: results of different kernels may differ in the
@@ -65,12 +123,24 @@ impl Tracer {
     }
 }
 
-fn tree(corners: &[Triangle], kernel: Kernel) -> Box<dyn RayTree> {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(tree) = super::entry::tree(corners, kernel) {
-        return tree;
+/// The kernel itself, or the portable one where this processor cannot run it.
+fn answering(kernel: Kernel) -> Kernel {
+    match kernel.is_available() {
+        true => kernel,
+        false => Kernel::Portable,
     }
-    Box::new(PortableTree::new(corners))
+}
+
+/// The tree of some triangles; `None` where there are none.
+fn tree(soup: &Soup, kernel: Kernel) -> Option<Box<dyn RayTree>> {
+    if soup.corners.is_empty() {
+        return None;
+    }
+    #[cfg(target_arch = "x86_64")]
+    if let Some(tree) = super::entry::tree(soup, kernel) {
+        return Some(tree);
+    }
+    Some(Box::new(PortableTree::new(soup)))
 }
 
 /// obvhs' parameters for trees with one triangle a leaf: its `medium_build`.

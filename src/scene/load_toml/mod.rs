@@ -67,7 +67,7 @@ impl Loader {
     fn read(&mut self, keys: &Keys) -> Result<(), SceneError> {
         let scene = &mut self.scene;
         scene.title = keys.string("title")?.unwrap_or("").to_owned();
-        scene.metres_per_unit = keys.positive("metres_per_unit")?.unwrap_or(1.0);
+        scene.metres_per_unit = keys.positive("metres_per_unit")?;
         scene.ao_distance = keys.positive("ao_distance")?;
         scene.exposure = keys.positive("exposure")?.unwrap_or(1.0) as f32;
         scene.max_depth = keys.whole("max_depth", 0..10_001)?.unwrap_or(6);

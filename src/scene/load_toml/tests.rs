@@ -86,7 +86,7 @@ irradiance = [1, 2, 3]
     .unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(
         (scene.metres_per_unit, scene.ao_distance),
-        (0.01, Some(1.5))
+        (Some(0.01), Some(1.5))
     );
     assert_eq!((scene.exposure, scene.max_depth), (2.0, 3));
     let names: Vec<&str> = scene.views.iter().map(|v| v.name.as_str()).collect();
@@ -136,7 +136,7 @@ fn defaults() {
     let scene = parse(&format!("{VIEW}{SHAPE}")).unwrap();
     assert_eq!(
         (scene.metres_per_unit, scene.exposure, scene.max_depth),
-        (1.0, 1.0, 6)
+        (None, 1.0, 6)
     );
     assert_eq!(scene.ao_distance, None);
     assert_eq!(scene.views[0].name, "main");

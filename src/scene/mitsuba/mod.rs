@@ -81,7 +81,6 @@ impl<'a> Importer<'a> {
                 name: name.to_owned(),
                 title: format!("Mitsuba scene {}", file.display()),
                 file: Some(file.to_owned()),
-                metres_per_unit: 1.0,
                 exposure: 1.0,
                 max_depth: UNLIMITED_DEPTH,
                 materials: vec![default_material],

@@ -18,7 +18,7 @@ fn description(materials: Vec<Material>, shapes: Vec<ShapeDescription>) -> Scene
     SceneDescription {
         name: "vpl".into(),
         exposure: 1.0,
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         max_depth: DEPTH,
         views: vec![View::look_at("v", eye, 60.0, [8, 8])],
         materials,

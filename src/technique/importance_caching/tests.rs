@@ -221,7 +221,7 @@ fn room(wall: Material, [lamp_side, radiance]: [f64; 2]) -> SceneDescription {
     SceneDescription {
         name: "room".into(),
         exposure: 1.0,
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         max_depth: 4,
         views: vec![View::look_at(
             "v",

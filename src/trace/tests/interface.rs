@@ -58,8 +58,9 @@ fn limits_are_open_below_and_closed_above() {
         assert!(!caster.occluded(&on_surface));
         let touching = Ray { t_max: 2.0, ..down };
         let closed = caster.occluded(&touching) && caster.closest(&touching).is_some();
-        // obvhs leaves its limit out: a difference in the last bit.
-        assert!(closed || kernel == Kernel::Portable);
+        // obvhs leaves its limit out: a difference in the last bit. It answers for kernels that the
+        // processor lacks, too.
+        assert!(closed || tracer.kernel() == Kernel::Portable);
     }
 }
 

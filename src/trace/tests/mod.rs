@@ -2,6 +2,7 @@
 
 mod brute;
 mod interface;
+mod moving;
 mod scenes;
 mod watertight;
 

@@ -21,7 +21,7 @@ fn lit_room() -> Scene {
     let eye = [DVec3::new(0.0, 0.0, 0.9), DVec3::ZERO, DVec3::Y];
     let description = SceneDescription {
         name: "room".into(),
-        metres_per_unit: 1.0,
+        metres_per_unit: Some(1.0),
         views: vec![View::look_at("v", eye, 60.0, [4, 4])],
         materials: vec![Material::diffuse("black", [0.0; 3])],
         shapes: vec![room, lamp],
