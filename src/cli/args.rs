@@ -72,6 +72,9 @@ pub struct RunArgs {
     /// Say nothing on stderr
     #[arg(long)]
     pub quiet: bool,
+    /// Print what each stage took, and how much of it one thread did alone
+    #[arg(long)]
+    pub profile: bool,
     /// Worker threads; default: all
     #[arg(long)]
     pub threads: Option<usize>,

@@ -12,6 +12,7 @@ mod list;
 mod merge;
 mod out;
 mod plan;
+mod profile;
 mod reference;
 mod render;
 mod replay;

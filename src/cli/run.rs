@@ -7,7 +7,8 @@ use super::args::RunArgs;
 use super::exit::{self, Failure};
 use super::out;
 use super::plan::{Planned, PlannedSuite, planned, print};
-use crate::experiment::{RunOptions, run as run_plan};
+use super::profile;
+use crate::experiment::{RunOptions, Store, run as run_plan};
 
 /// Plans all configs first, so that nothing is written when one of them is wrong.
 pub fn run(args: &RunArgs) -> Result<u8, Failure> {
@@ -59,6 +60,10 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
     let outcome = run_plan(&planned.plan, &planned.config, &options)?;
     let written = crate::report::write(&planned.folder)?;
     out::write(written.summary);
+    if args.profile {
+        let store = Store::open(&planned.folder)?;
+        out::write(profile::text(&store.rows(&planned.plan)));
+    }
     if !args.quiet {
         eprintln!("results: {}", planned.folder.display());
         eprintln!("report:  {}", planned.folder.join("report.html").display());
