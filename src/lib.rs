@@ -5,8 +5,8 @@
 //! tables and figures of the papers it reproduces.
 //!
 //! The modules import downwards only:
-//! `cli → experiment, report → technique → placement, cache, environment, shade → scene, trace,
-//! sample → image, files, memory`.
+//! `cli → experiment, report → technique → placement, cache, environment, shade → world → scene,
+//! trace, sample → image, files, memory`.
 
 pub mod cache;
 pub mod cli;
@@ -25,3 +25,4 @@ pub mod scene;
 pub mod shade;
 pub mod technique;
 pub mod trace;
+pub mod world;

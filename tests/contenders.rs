@@ -10,6 +10,7 @@ use lightbench::technique::{
     Choice, Film, Passes, Rendered, Shot, Technique, TechniqueEntry, Terms, reference_pass,
 };
 use lightbench::trace::{RayCounter, Tracer};
+use lightbench::world::Moment;
 
 /// A technique, one of its contenders, and parameters that make both cheap.
 struct Listed {
@@ -169,7 +170,12 @@ impl World {
             spp,
         };
         let technique = listed.technique.as_ref();
-        let mut shot = Shot::exposed_for(technique, (&self.scene, &self.tracer), view, film);
+        let mut shot = Shot::exposed_for(
+            technique,
+            Moment::still(&self.scene, &self.tracer),
+            view,
+            film,
+        );
         shot.viewer = viewer;
         shot.layer = technique.shared_layer(&shot);
         shot

@@ -12,6 +12,7 @@ use lightbench::scene::{
 };
 use lightbench::technique::{Choice, Film, Rendered, Shot, Technique, Terms, reference_pass};
 use lightbench::trace::{RayCounter, Tracer};
+use lightbench::world::Moment;
 
 const SIZE: [usize; 2] = [12, 9];
 
@@ -124,8 +125,8 @@ impl Lit {
             height: SIZE[1],
             spp,
         };
-        let scene = (&self.scene, &self.tracer);
-        Shot::exposed_for(self.technique.as_ref(), scene, &self.scene.views[0], film)
+        let moment = Moment::still(&self.scene, &self.tracer);
+        Shot::exposed_for(self.technique.as_ref(), moment, &self.scene.views[0], film)
     }
 
     fn render(

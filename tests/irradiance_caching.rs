@@ -11,6 +11,7 @@ use lightbench::scene::{
 use lightbench::shade::{Depths, RenderOptions, render};
 use lightbench::technique::{Choice, Film, Rendered, Shot, Terms, reference_pass};
 use lightbench::trace::{RayCounter, Tracer};
+use lightbench::world::Moment;
 
 const SIZE: [usize; 2] = [12, 12];
 
@@ -73,7 +74,7 @@ fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
         height: SIZE[1],
         spp: 1,
     };
-    let mut shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let mut shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
     let mut table = toml::Table::new();
     if setting.method.starts_with("SD") {
         table.insert("min_cluster_size".into(), 1.into());
@@ -145,7 +146,7 @@ fn direct_and_indirect_layers_add_up_to_path_tracing() {
         height: SIZE[1],
         spp: 1,
     };
-    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
     let options = RenderOptions {
         width: SIZE[0],
         height: SIZE[1],
@@ -172,7 +173,7 @@ fn the_reference_and_the_estimate_per_sample_agree_with_dense_records() {
         height: SIZE[1],
         spp: 1,
     };
-    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
     let function = technique.shading_function(&shot);
     let mut exact = [0.0; 3];
     for pass in 0..400 {

@@ -10,6 +10,7 @@ use lightbench::scene::{
 };
 use lightbench::technique::{Film, Shot, shading_points};
 use lightbench::trace::{RayCounter, Tracer};
+use lightbench::world::Moment;
 
 /// A room of 6 × 3 × 8 m with boxes near and far.
 fn room(metres_per_unit: Option<f64>) -> SceneDescription {
@@ -46,7 +47,7 @@ fn seen(scene: &Scene) -> ShadingPoints {
         height: 90,
         spp: 1,
     };
-    let shot = Shot::new((scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new(Moment::still(scene, &tracer), &scene.views[0], film);
     shading_points(&shot, &RayCounter::default())
 }
 

@@ -10,6 +10,7 @@ use lightbench::registry::technique;
 use lightbench::scene::{Needs, Scene, find_scene};
 use lightbench::technique::{Film, Passes, Shot};
 use lightbench::trace::{RayCounter, Tracer};
+use lightbench::world::Moment;
 use truth_support::{agreement, small_render};
 
 const SIDE: usize = 64;
@@ -76,7 +77,7 @@ fn occlusion_is_what_a_white_scene_reflects_of_a_white_sky() {
         height: SIDE,
         spp: 16,
     };
-    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
     let function = occlusion.shading_function(&shot);
     let mut passes = Passes::new(&shot, function.as_ref());
     (0..16).for_each(|_| passes.add(&RayCounter::default()));

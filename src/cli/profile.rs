@@ -58,7 +58,10 @@ mod tests {
         row.serial_share.insert("rendering".into(), 0.5.into());
         row.seconds.insert("search_settings".into(), 9.0.into());
         let text = text(&[row.clone(), row]);
-        assert!(text.contains("4.000      6.000     1.50   50.0 %"), "{text}");
+        assert!(
+            text.contains("4.000      6.000     1.50   50.0 %"),
+            "{text}"
+        );
         assert!(!text.contains("search"), "{text}");
     }
 }

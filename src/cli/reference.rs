@@ -6,6 +6,7 @@ use super::out::say;
 use super::run::references_beside;
 use crate::experiment::{Reference, ReferenceStore, Store, build_technique, load_scene, shot_of};
 use crate::trace::Tracer;
+use crate::world::Moment;
 
 /// One line a stored reference.
 pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
@@ -66,7 +67,7 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
         }
         let scene = load_scene(job, technique.as_ref())?;
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let shot = shot_of(job, (&scene, &tracer))?;
+        let shot = shot_of(job, Moment::still(&scene, &tracer))?;
         let mut reference =
             store.obtain(&job.reference, (technique.as_ref(), &shot), &|_, _| {})?;
         let path = store.path(&job.reference);

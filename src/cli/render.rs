@@ -13,6 +13,7 @@ use crate::technique::{
     Choice, Film, Passes, Rendered, Shot, Stages, Technique, TechniqueEntry, Terms, Unit,
 };
 use crate::trace::{RayCounter, Tracer};
+use crate::world::Moment;
 
 /// A contender that was checked, and its loaded scene.
 pub struct Prepared {
@@ -103,8 +104,8 @@ impl Prepared {
             spp: self.spp,
         };
         let view = &self.scene.views[self.view];
-        let scene = (&self.scene, &self.tracer);
-        Shot::exposed_for(self.technique.as_ref(), scene, view, film)
+        let moment = Moment::still(&self.scene, &self.tracer);
+        Shot::exposed_for(self.technique.as_ref(), moment, view, film)
     }
 
     /// Canonical id of the method, or `reference`.

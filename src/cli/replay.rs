@@ -6,6 +6,7 @@ use super::out::say;
 use crate::experiment::{Job, LIGHTS_IN_TIME, Row, Store, build_technique, load_scene, shot_of};
 use crate::technique::Terms;
 use crate::trace::{RayCounter, Tracer};
+use crate::world::Moment;
 
 /// The job with the setting that its run picked by error, as its row tells.
 fn with_kept_setting(job: &Job, row: Option<&Row>) -> Job {
@@ -82,7 +83,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let technique = build_technique(job)?;
     let scene = load_scene(job, technique.as_ref())?;
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
-    let shot = shot_of(job, (&scene, &tracer))?;
+    let shot = shot_of(job, Moment::still(&scene, &tracer))?;
     let terms = Terms {
         budget: budget as usize,
         seed: job.seed,

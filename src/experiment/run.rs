@@ -17,7 +17,7 @@ use crate::memory;
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::{Scene, find_environment, find_scene};
 use crate::technique::{Choice, Film, Rendered, Search, Shot, Technique, TechniqueEntry, Terms};
-use crate::trace::Tracer;
+use crate::world::{Moment, World};
 
 /// How often the rows so far are written, at most.
 const ROWS_EVERY: Duration = Duration::from_secs(5);
@@ -145,12 +145,13 @@ impl Runner {
         self.progress.stage(&format!("{}: loading", jobs[0].scene));
         let held_before = memory::held();
         self.scene_notes.clear();
-        let (scene, tracer) = match caught(|| self.load(jobs[0]).map_err(|e| e.to_string())) {
-            Ok(loaded) => loaded,
+        let mut world = match caught(|| self.load(jobs[0]).map_err(|e| e.to_string())) {
+            Ok(world) => world,
             Err(reason) => return self.fail(jobs, &reason, fail_fast),
         };
+        let moment = world.at(0.0);
         self.bytes_scene = memory::held().saturating_sub(held_before) as u64;
-        self.scene_notes = scene.report.sentences();
+        self.scene_notes = moment.scene.report.sentences();
         if self.provenance.note(&jobs[0].scene, &self.scene_notes) {
             self.provenance.write(&self.store)?;
         }
@@ -159,7 +160,7 @@ impl Runner {
                 .note(&format!("scene `{}`: {note}", jobs[0].scene));
         }
         for jobs in jobs.chunk_by(|a, b| a.reference == b.reference) {
-            self.shot(jobs, (&scene, &tracer), fail_fast)?;
+            self.shot(jobs, moment, fail_fast)?;
             if fail_fast && self.outcome.failed > 0 {
                 break;
             }
@@ -167,25 +168,17 @@ impl Runner {
         Ok(())
     }
 
-    fn load(&self, job: &Job) -> Result<(Scene, Tracer), RunError> {
+    fn load(&self, job: &Job) -> Result<World, RunError> {
         let technique = build_technique(job)?;
         let progress = &self.progress;
         let scene = progress.time("loading", || load_scene(job, technique.as_ref()))?;
-        let tracer = progress.time("building trees", || {
-            Tracer::new(&scene.positions, &scene.triangles)
-        });
-        Ok((scene, tracer))
+        Ok(progress.time("building trees", || World::still(scene)))
     }
 
     /// All open jobs that share a reference.
-    fn shot(
-        &mut self,
-        jobs: &[&Job],
-        scene: (&Scene, &Tracer),
-        fail_fast: bool,
-    ) -> Result<(), RunError> {
+    fn shot(&mut self, jobs: &[&Job], moment: Moment, fail_fast: bool) -> Result<(), RunError> {
         let technique = build_technique(jobs[0])?;
-        let mut shot = shot_of(jobs[0], scene)?;
+        let mut shot = shot_of(jobs[0], moment)?;
         let progress = &self.progress;
         let obtain = || {
             self.references.obtain(
@@ -357,11 +350,9 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
 }
 
 /// The shot of a job in a loaded scene.
-pub fn shot_of<'a>(
-    job: &Job,
-    (scene, tracer): (&'a Scene, &'a Tracer),
-) -> Result<Shot<'a>, RunError> {
-    let view = scene
+pub fn shot_of<'a>(job: &Job, moment: Moment<'a>) -> Result<Shot<'a>, RunError> {
+    let view = moment
+        .scene
         .views
         .iter()
         .find(|v| v.name == job.view)
@@ -372,12 +363,7 @@ pub fn shot_of<'a>(
         spp: job.spp,
     };
     let technique = build_technique(job)?;
-    Ok(Shot::exposed_for(
-        technique.as_ref(),
-        (scene, tracer),
-        view,
-        film,
-    ))
+    Ok(Shot::exposed_for(technique.as_ref(), moment, view, film))
 }
 
 fn fill(

@@ -1,6 +1,7 @@
 //! From a description to triangles in f32 around the origin.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
@@ -53,6 +54,14 @@ pub struct Scene {
     pub exposure: f32,
     pub max_depth: u32,
     pub report: BuildReport,
+    declared: DeclaredLengths,
+}
+
+/// Lengths that a scene may leave to its diagonal.
+#[derive(Clone, Copy, Debug, Default)]
+struct DeclaredLengths {
+    ao_distance: Option<f64>,
+    metres_per_unit: Option<f64>,
 }
 
 /// A shape after loading.
@@ -63,6 +72,14 @@ pub struct Shape {
     pub emission: Option<[f32; 3]>,
     pub first_triangle: u32,
     pub triangle_count: u32,
+}
+
+impl Shape {
+    /// Its triangles, as places in those of the scene.
+    pub fn triangles(&self) -> Range<usize> {
+        let first = self.first_triangle as usize;
+        first..first + self.triangle_count as usize
+    }
 }
 
 /// What loading found, repaired, dropped and cost.
@@ -119,19 +136,22 @@ impl Scene {
             name: description.name.clone(),
             exposure: description.exposure,
             max_depth: description.max_depth,
+            declared: DeclaredLengths {
+                ao_distance: description.ao_distance,
+                metres_per_unit: description.metres_per_unit,
+            },
             ..Scene::default()
         };
         scene.report.notes = description.notes.clone();
         let shapes = load_shapes(description, needs.normals, &mut scene.report)?;
         scene.centre(&shapes);
-        scene.measure(description.metres_per_unit);
+        scene.measure();
+        scene.note_unit();
         scene.add_geometry(description, shapes, needs)?;
         scene.views = description.views.clone();
         for view in &mut scene.views {
             view.origin -= scene.origin;
         }
-        let default_distance = 0.1 * f64::from(scene.diagonal);
-        scene.ao_distance = description.ao_distance.unwrap_or(default_distance) as f32;
         scene.add_materials(description, needs)?;
         scene.add_lights(description, needs)?;
         Ok(scene)
@@ -150,17 +170,40 @@ impl Scene {
         }
     }
 
-    /// Takes the unit as declared, or says what is assumed instead.
-    fn measure(&mut self, metres_per_unit: Option<f64>) {
+    /// Takes lengths as declared, or from the diagonal.
+    fn measure(&mut self) {
         let diagonal = f64::from(self.diagonal);
-        self.unit_is_assumed = metres_per_unit.is_none();
-        self.metres_per_unit = metres_per_unit.unwrap_or(ASSUMED_DIAGONAL_M / diagonal);
+        let declared = self.declared;
+        self.ao_distance = declared.ao_distance.unwrap_or(0.1 * diagonal) as f32;
+        self.unit_is_assumed = declared.metres_per_unit.is_none();
+        let assumed = ASSUMED_DIAGONAL_M / diagonal;
+        self.metres_per_unit = declared.metres_per_unit.unwrap_or(assumed);
+    }
+
+    /// Says what is assumed of an undeclared unit.
+    fn note_unit(&mut self) {
+        let diagonal = self.diagonal;
         if self.unit_is_assumed {
             self.report.notes.push(format!(
                 "no metres_per_unit is declared: formulas in metres (Γ of VGC, λ of distances) take \
                  the diagonal, {diagonal} units, for {ASSUMED_DIAGONAL_M} m"
             ));
         }
+    }
+
+    /// Makes a box, in the coordinates of the file, the scene's: its centre the origin, and its diagonal the
+    /// one that lengths follow. For shapes that move: the box of the whole sequence.
+    pub(crate) fn enclose(&mut self, low: DVec3, high: DVec3) {
+        let shift = (low + high) * 0.5 - self.origin;
+        for position in &mut self.positions {
+            *position = (position.as_dvec3() - shift).as_vec3();
+        }
+        for view in &mut self.views {
+            view.origin -= shift;
+        }
+        self.origin += shift;
+        self.diagonal = (high - low).length() as f32;
+        self.measure();
     }
 
     fn add_geometry(

@@ -108,6 +108,7 @@ mod tests {
     use crate::scene::{ColourSource, Needs, Scene, find_scene};
     use crate::technique::Film;
     use crate::trace::{RayCounter, Tracer};
+    use crate::world::Moment;
 
     /// Whether a sample passes a mask is decided where the camera looks, and not again where it shades.
     #[test]
@@ -124,7 +125,7 @@ mod tests {
             height: 12,
             spp: PASSES,
         };
-        let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+        let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
         let layers = LayerPaths {
             shot: &shot,
             direct: true,

@@ -194,7 +194,11 @@ impl RunningMean<'_> {
                     };
                     now.site = Some(seen.site);
                     let nearby = self.parameters.tolerance * pixel_angle * seen.depth;
-                    if let Some(then) = before.and_then(|b| b.showing(&seen.site, nearby)) {
+                    let old = Site {
+                        position: shot.moment.before(&seen.hit),
+                        ..seen.site
+                    };
+                    if let Some(then) = before.and_then(|b| b.showing(&old, nearby)) {
                         now.frames = (then.frames + 1.0).min(self.parameters.window as f32);
                         let (mean, value) = (Vec3::from(then.mean), Vec3::from(value));
                         now.mean = (mean + (value - mean) / now.frames).into();

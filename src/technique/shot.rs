@@ -12,9 +12,12 @@ use crate::sample::Rng;
 use crate::scene::{Material, Scene, View};
 use crate::shade::{Interaction, PathTracer};
 use crate::trace::{Caster, Hit, Ray, RayCounter, Tracer};
+use crate::world::Moment;
 
 /// A scene at one moment, seen by one viewer with one film.
 pub struct Shot<'a> {
+    pub moment: Moment<'a>,
+    /// Those of the moment.
     pub scene: &'a Scene,
     pub tracer: &'a Tracer,
     pub view: &'a View,
@@ -121,9 +124,11 @@ const MOST_SPECULAR: u32 = 16;
 const SPECULAR_STREAM: u64 = 0x7370_6563_756c;
 
 impl<'a> Shot<'a> {
-    /// `tracer` was built from the scene's triangles.
-    pub fn new((scene, tracer): (&'a Scene, &'a Tracer), view: &'a View, film: Film) -> Self {
+    /// The first viewer's, in the first frame, unexposed.
+    pub fn new(moment: Moment<'a>, view: &'a View, film: Film) -> Self {
+        let Moment { scene, tracer, .. } = moment;
         Self {
+            moment,
             scene,
             tracer,
             view,
@@ -142,11 +147,11 @@ impl<'a> Shot<'a> {
     /// As [`Shot::new`], with the exposure that a technique gives a sequence which begins here.
     pub fn exposed_for(
         technique: &dyn Technique,
-        scene: (&'a Scene, &'a Tracer),
+        moment: Moment<'a>,
         view: &'a View,
         film: Film,
     ) -> Self {
-        let mut shot = Self::new(scene, view, film);
+        let mut shot = Self::new(moment, view, film);
         shot.exposure = technique.exposure(&shot);
         shot
     }
@@ -454,7 +459,7 @@ mod tests {
             height: 27,
             spp: 3,
         };
-        let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+        let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
         assert!(shot.specular);
         let counter = RayCounter::default();
         let caster = tracer.caster(&counter);

@@ -16,6 +16,7 @@ use crate::technique::{
     CachedFunction, Choice, Film, Passes, Seen, Shot, Technique, Terms, reference_pass,
 };
 use crate::trace::{RayCounter, Tracer};
+use crate::world::Moment;
 
 const WIDTH: usize = 16;
 const HEIGHT: usize = 12;
@@ -29,7 +30,11 @@ fn with_frame<T>(description: &SceneDescription, look: impl FnOnce(&Shot) -> T) 
         height: HEIGHT,
         spp: 1,
     };
-    look(&Shot::new((&scene, &tracer), &scene.views[0], film))
+    look(&Shot::new(
+        Moment::still(&scene, &tracer),
+        &scene.views[0],
+        film,
+    ))
 }
 
 fn technique(parameters: &str) -> ImportanceCaching {

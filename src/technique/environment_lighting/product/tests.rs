@@ -12,6 +12,7 @@ use crate::image::luminance;
 use crate::scene::{Needs, Scene, find_scene};
 use crate::technique::{Film, Shot};
 use crate::trace::{RayCounter, Tracer};
+use crate::world::Moment;
 
 /// Calls `look` with the lights of a map and scattering at points of a scene.
 fn at_points(map: &str, count: usize, mut look: impl FnMut(&LightArrays, &Irradiance, &Terms)) {
@@ -28,7 +29,7 @@ fn at_points(map: &str, count: usize, mut look: impl FnMut(&LightArrays, &Irradi
         height: 12,
         spp: 1,
     };
-    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
     let mut points = 0;

@@ -8,6 +8,7 @@ use crate::scene::{Material, Needs, Scene, SceneDescription, ShapeDescription, S
 use crate::shade::Depths;
 use crate::technique::{Film, Shot, Site};
 use crate::trace::{RayCounter, Tracer};
+use crate::world::Moment;
 
 /// A lamp of side 1 over the floor of a black room of side 2.
 fn lit_room() -> Scene {
@@ -47,7 +48,7 @@ fn gradients_agree_with_differences() {
         height: 4,
         spp: 1,
     };
-    let shot = Shot::new((&scene, &tracer), &scene.views[0], film);
+    let shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
     let evaluator = Evaluator {
         shot: &shot,
         strata: Strata::of(60_000),
