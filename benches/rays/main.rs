@@ -1,13 +1,15 @@
 //! Mrays per CPU-second of every kernel, side by side on the same rays, as Markdown tables.
 //!
-//! `cargo bench --bench rays [-- terrain | kitchen] [--quick] [--avx2] [--export DIR]` prints one table a scene: the
+//! `cargo bench --bench rays [-- terrain | kitchen | moving] [--quick] [--avx2] [--export DIR]` prints one table a scene: the
 //! portable kernel (obvhs' traversal), the wide one with single rays and with bundles, its watertight
 //! variant, and their ratios to the first. Kernels take turns and the best of seven rounds counts, so that other work on the
 //! machine disturbs all of them alike. `--quick` leaves out the scaling to two threads; `--avx2` measures these kernels where the processor has
 //! better ones too; `--export` also writes triangles, rays and rates as
-//! raw files ([`export`]), which `scripts/embree-compare.py` uses.
+//! raw files ([`export`]), which `scripts/embree-compare.py` uses. `moving` measures what a frame costs in which 1 % of
+//! the terrain's triangles move ([`moving`]).
 
 mod export;
+mod moving;
 mod sets;
 mod terrain;
 
@@ -63,6 +65,9 @@ fn main() {
             eprintln!("{directory}: {error}");
             std::process::exit(1);
         }
+    }
+    if wanted("moving") {
+        moving::report(&terrain::scene());
     }
     if wanted("kitchen") && scenes[1].is_none() {
         println!("kitchen: skipped, not found through LIGHTBENCH_SCENES");
