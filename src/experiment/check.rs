@@ -1,10 +1,15 @@
 //! What a config says about rows, checked before the first ray: claims, gates, tables, figures.
 
+use std::collections::BTreeMap;
+
 use super::claim::EVERY_SCENE;
+use super::columns;
 use super::config::{Config, ConfigError, Source};
-use super::equal_time::FOUND as LIGHTS_IN_TIME;
 use super::expression::Expression;
-use super::row::NUMBER_COLUMNS;
+use crate::cache::interpolation::INTERPOLATIONS;
+use crate::environment::ENVIRONMENT_SAMPLERS;
+use crate::placement::{FIRST_STAGES, REFINEMENTS};
+use crate::technique::OTHER_METHODS;
 
 /// Checks every expression, label and column against the methods' labels and the scenes' names as
 /// rows will carry them.
@@ -14,7 +19,11 @@ pub fn check(
     labels: &[String],
     scenes: &[String],
 ) -> Result<(), ConfigError> {
-    let names = Names { labels, scenes };
+    let names = Names {
+        labels,
+        scenes,
+        swept: &config.sweep,
+    };
     let claims = config.claim.iter().map(|c| &c.expect).enumerate();
     let gates = config.gate.iter().map(|g| &g.expect).enumerate();
     for (list, (index, expect)) in claims
@@ -52,6 +61,8 @@ pub fn check(
 struct Names<'a> {
     labels: &'a [String],
     scenes: &'a [String],
+    /// Swept keys of the config.
+    swept: &'a BTreeMap<String, Vec<toml::Value>>,
 }
 
 impl Names<'_> {
@@ -86,28 +97,43 @@ impl Names<'_> {
     }
 
     fn column(&self, column: &str) -> Result<(), String> {
-        let parameter = |column: &str| {
-            let first = crate::placement::FIRST_STAGES.iter().map(|e| &e.about);
-            let refinements = crate::placement::REFINEMENTS.iter().map(|e| &e.about);
-            let interpolations = crate::cache::interpolation::INTERPOLATIONS
-                .iter()
-                .map(|e| &e.about);
-            first
-                .chain(refinements)
-                .chain(interpolations)
-                .any(|about| about.parameters.iter().any(|p| p.key == column))
-        };
-        if NUMBER_COLUMNS.contains(&column)
-            || column == "flip"
-            || column == LIGHTS_IN_TIME
-            || column.starts_with("seconds_")
-            || parameter(column)
+        if columns::is_declared(column)
+            || self.swept.contains_key(column)
+            || parameters().any(|key| key == column)
         {
             return Ok(());
         }
+        let mut known: Vec<&str> = columns::declared().chain(parameters()).collect();
+        known.extend(self.swept.keys().map(String::as_str));
+        let advice = nearest(column, &known)
+            .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        let listed: Vec<&str> = columns::declared().collect();
         Err(format!(
-            "no column is called `{column}`; there are: {}, seconds_<stage> and the methods' parameters",
-            NUMBER_COLUMNS.join(", ")
+            "no column is called `{column}`{advice} There are: {}, seconds_<stage>, cpu_seconds_<stage>, \
+             serial_share_<stage>, the methods' parameters and swept keys",
+            listed.join(", ")
         ))
     }
+}
+
+/// Parameters that any contender declares: rows carry those that are set.
+fn parameters() -> impl Iterator<Item = &'static str> {
+    let first = FIRST_STAGES.iter().map(|e| &e.about);
+    let refinements = REFINEMENTS.iter().map(|e| &e.about);
+    let interpolations = INTERPOLATIONS.iter().map(|e| &e.about);
+    let others = OTHER_METHODS.iter().map(|e| &e.about);
+    let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| &e.about);
+    first
+        .chain(refinements)
+        .chain(interpolations)
+        .chain(others)
+        .chain(samplers)
+        .flat_map(|about| about.parameters.iter().map(|p| p.key))
+}
+
+/// The name that is most like another, if it could be a slip of the finger.
+fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+    let distance = |name: &str| strsim::damerau_levenshtein(wrong, name);
+    let near = known.iter().copied().min_by_key(|name| distance(name))?;
+    (distance(near) <= 1 + wrong.len().max(near.len()) / 3).then_some(near)
 }

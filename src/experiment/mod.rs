@@ -4,6 +4,7 @@ mod budget;
 mod caught;
 mod check;
 mod claim;
+mod columns;
 mod config;
 mod equal_time;
 mod expression;
@@ -22,6 +23,7 @@ mod suite;
 
 pub use budget::Budget;
 pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
+pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit};
 pub use config::{
     ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published,
     SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
@@ -32,7 +34,7 @@ pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
 pub use overrides::Override;
 pub use plan::{Job, Plan, hash, plan};
 pub use reference::{Reference, ReferenceStore};
-pub use row::{NUMBER_COLUMNS, Row, to_csv};
+pub use row::{Row, to_csv};
 pub use run::{
     Outcome, RunError, RunOptions, build_method, build_technique, frame_of, load_scene, run,
 };

@@ -309,7 +309,7 @@ fn fill(
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;
     row.lookups = rendered.lookups;
-    row.bytes_peak = rendered.bytes_peak as u64;
+    row.bytes_work = rendered.bytes_peak as u64;
     for (stage, seconds) in &rendered.stages.0 {
         row.seconds.insert((*stage).to_owned(), (*seconds).into());
     }

@@ -1,10 +1,10 @@
 //! Each method against the first: error at the same budgets or at equal cost, or cost at equal error, where its
 //! curve over the swept budgets costs, or errs, as much as the first method did.
 
-use super::column::Column;
 use super::data::{Case, Data, SceneOf};
 use super::estimate::{Estimate, Standing};
 use super::table::{Block, Cell, Group, Line, Record, Table};
+use crate::experiment::Column;
 use crate::experiment::{TableKind, TableSpec};
 
 /// What is held equal and what is compared, of a method at each swept budget, as logarithms, by rising

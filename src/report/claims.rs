@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::column::Unit;
 use super::data::{Data, SceneOf, SweepPoint};
 use super::number::Style;
+use crate::experiment::Unit;
 use crate::experiment::{Expression, Judged, Verdict, judge, overall};
 
 /// A claim or gate with its verdicts.

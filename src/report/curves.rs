@@ -6,12 +6,12 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::axis::Axis;
-use super::column::Column;
 use super::data::{Case, Data, SceneOf};
 use super::figure::{shows_method, shows_scene};
 use super::number::Style;
 use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
 use super::table_kinds::MOST_SCENES;
+use crate::experiment::Column;
 use crate::experiment::FigureSpec;
 
 const PANEL: (u32, u32) = (600, 450);

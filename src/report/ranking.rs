@@ -6,12 +6,12 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::column::Column;
 use super::curves::Files;
 use super::data::{Case, Data, SceneOf};
 use super::estimate::{Estimate, ranks};
 use super::figure::{shows_method, shows_scene};
 use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
+use crate::experiment::Column;
 use crate::experiment::FigureSpec;
 
 /// Widths of a map and of the rest, height of a rank and of the rest without the names, pixels.

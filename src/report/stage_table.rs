@@ -1,10 +1,10 @@
 //! Where the time of each method went, as the papers' stage profiles.
 
-use super::column::{Column, Unit};
 use super::data::Data;
 use super::table::{Block, Group, Line, Table};
 use super::table_kinds::{column_of, notes, ours, start, style_of, theirs};
 use crate::experiment::TableSpec;
+use crate::experiment::{Column, Unit};
 
 /// One line a stage, columns scene × method.
 pub fn stages(data: &Data, spec: &TableSpec) -> Table {

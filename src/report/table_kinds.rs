@@ -1,13 +1,13 @@
 //! The tables of a config: one line a method, a stage, or a method under a sweep.
 
 use super::against_first::against_first;
-use super::column::{Column, Unit};
 use super::data::{Case, Data, SceneOf, SweepPoint};
 use super::escape;
 use super::estimate::{Estimate, Standing, ranks, standings};
 use super::number::Style;
 use super::stage_table::stages;
 use super::table::{Block, Cell, Group, Line, Record, Table};
+use crate::experiment::{Column, Unit};
 use crate::experiment::{TableKind, TableSpec};
 
 /// Every table of the config; errors by method when it names none.
@@ -46,7 +46,9 @@ pub fn costs(data: &Data) -> Table {
         "caches",
         "all_rays",
         "lookups",
-        "bytes_peak",
+        "bytes_scene",
+        "bytes_cache",
+        "bytes_work",
         "seconds_total",
     ];
     overview(

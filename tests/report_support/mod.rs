@@ -99,7 +99,7 @@ impl Folder {
             rays: 288_000,
             shadow_rays: job.budget.count().unwrap_or_default() * 1024,
             lookups: 230_400,
-            bytes_peak: 5_300_000,
+            bytes_work: 5_300_000,
             seconds_total: 0.4,
             ..Row::default()
         };
