@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::args::GateArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Expression, Judged, Row, Store, Verdict, judge, overall};
+use crate::experiment::{Cases, Expression, Judged, Store, Verdict, judge, overall};
 
 /// A gate, what was expected, and its judgement per scene and swept value.
 struct Gate {
@@ -19,17 +19,17 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     let store = Store::open(&args.folder)?;
     let plan = store.plan()?;
     let config = store.config()?;
-    let rows = store.rows(&plan);
+    let cases = Cases::new(&plan.jobs, store.rows(&plan));
     let mut gates = Vec::new();
     for gate in &config.gate {
-        gates.push(judged(&gate.text, &gate.expect, &gate.scenes, &rows)?);
+        gates.push(judged(&gate.text, &gate.expect, &gate.scenes, &cases)?);
     }
     if gates.is_empty() {
         for claim in &config.claim {
-            gates.push(judged(&claim.text, &claim.expect, &claim.scenes, &rows)?);
+            gates.push(judged(&claim.text, &claim.expect, &claim.scenes, &cases)?);
         }
     }
-    let failed_jobs = rows.iter().filter(|r| !r.ok()).count();
+    let failed_jobs = cases.failed().count();
     for gate in &gates {
         print(gate);
     }
@@ -40,12 +40,12 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     Ok(exit_code(&gates, failed_jobs))
 }
 
-fn judged(text: &str, expect: &str, scenes: &[String], rows: &[Row]) -> Result<Gate, Failure> {
+fn judged(text: &str, expect: &str, scenes: &[String], cases: &Cases) -> Result<Gate, Failure> {
     let expression = Expression::parse(expect).map_err(Failure::usage)?;
     Ok(Gate {
         text: text.to_owned(),
         expect: expect.to_owned(),
-        judged: judge(&expression, rows, scenes),
+        judged: judge(&expression, cases, scenes),
     })
 }
 

@@ -1,6 +1,8 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
 mod budget;
+mod case;
+mod cases;
 mod caught;
 mod check;
 mod claim;
@@ -22,6 +24,8 @@ mod store;
 mod suite;
 
 pub use budget::Budget;
+pub use case::{Case, NamedPlace, Place, Swept};
+pub use cases::{Cases, RowNote};
 pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
 pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit};
 pub use config::{

@@ -5,8 +5,8 @@ use std::io;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::Job;
 use super::columns::{self, COLUMNS, Cells};
+use super::{Job, Swept};
 
 /// A job's result. Missing metrics are `None`: not computed, or not defined (a failed job). Fields that older
 /// rows lack have their defaults.
@@ -99,11 +99,7 @@ impl Row {
         self.method.clone_from(&job.method);
         self.label.clone_from(&job.label);
         self.paper.clone_from(&job.paper);
-        self.sweep = job
-            .sweep
-            .iter()
-            .filter_map(|(k, v)| Some((k.clone(), serde_json::to_value(v).ok()?)))
-            .collect();
+        self.sweep = Swept::of_job(job).values.into_iter().collect();
         self.budget = job.budget.to_string();
         self.seed = job.seed;
         self.width = job.width;

@@ -18,6 +18,7 @@ pub struct Folder {
 #[derive(Clone, Copy)]
 pub struct Which<'a> {
     pub scene: &'a str,
+    pub view: &'a str,
     pub label: &'a str,
     pub seed: u64,
     /// Swept records, if they are swept.
@@ -55,14 +56,14 @@ impl Folder {
             .collect();
         let job = Job {
             id: lightbench::experiment::hash(&format!(
-                "{} {} {} {sweep:?}",
-                which.scene, which.label, which.seed
+                "{} {} {} {} {sweep:?}",
+                which.scene, which.view, which.label, which.seed
             )),
             scene: which.scene.into(),
             found: which.scene.into(),
             asked: which.scene.into(),
             paper: Some(which.scene.to_uppercase()),
-            view: "main".into(),
+            view: which.view.into(),
             transform: None,
             technique: "ambient-occlusion".into(),
             technique_parameters: toml::Table::new(),
