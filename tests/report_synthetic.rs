@@ -11,6 +11,7 @@ const METHODS: [(&str, f64); 4] = [("IM", 0.12), ("SD", 0.09), ("VGC", 0.08), ("
 fn which<'a>(scene: &'a str, label: &'a str, seed: u64) -> Which<'a> {
     Which {
         scene,
+        view: "main",
         label,
         seed,
         caches: None,
@@ -257,6 +258,93 @@ values = { rmse = 0.033 }
         svg.contains("10k") && svg.contains("VGC"),
         "logarithmic axis with ticks"
     );
+}
+
+#[test]
+fn two_views_of_a_scene_stand_side_by_side() {
+    let place = tempfile::tempdir().expect("folder");
+    let extra = r#"
+[[table]]
+name = "errors"
+metrics = ["rmse"]
+[[claim]]
+text = "The top is easier"
+where = "nowhere"
+expect = "rmse(IM@statues (top)) < rmse(IM@statues (front))"
+"#;
+    let mut folder = Folder::new(&place.path().join("views"), extra);
+    for (view, error) in [("front", 0.2), ("top", 0.1)] {
+        let seen = Which {
+            view,
+            ..which("statues", "IM", 1)
+        };
+        folder.job(seen, (error, error), None);
+    }
+    folder.write();
+    let summary = write(&folder.path).expect("report").summary;
+    let markdown = folder.text("tables/errors.md");
+    assert!(markdown.contains("statues (front)"), "{markdown}");
+    assert!(markdown.contains("| 0.200 | 0.100 |"), "{markdown}");
+    assert!(
+        summary.contains("holds          The top is easier"),
+        "{summary}"
+    );
+}
+
+/// Two scenes whose ratios of B to A are given for each seed; B has none of the last in `hard`.
+fn ratios(kind: &str, of_easy: &[f64], of_hard: &[f64]) -> (tempfile::TempDir, Folder) {
+    let place = tempfile::tempdir().expect("folder");
+    let extra = format!("[[table]]\nname = \"t\"\nkind = \"{kind}\"\nmetrics = [\"rmse\"]\n");
+    let mut folder = Folder::new(&place.path().join("ratios"), &extra);
+    for (scene, ratios) in [("easy", of_easy), ("hard", of_hard)] {
+        for (seed, ratio) in (1..).zip(ratios) {
+            let error = 0.1 * seed as f64;
+            folder.job(which(scene, "A", seed), (error, 0.1), None);
+            match ratio.is_finite() {
+                true => drop(folder.job(which(scene, "B", seed), (error * ratio, 0.1), None)),
+                false => {
+                    let failed = folder.job(which(scene, "B", seed), (0.0, 0.0), None);
+                    failed.status = "failed: crashed".into();
+                }
+            }
+        }
+    }
+    folder.write();
+    write(&folder.path).expect("report");
+    (place, folder)
+}
+
+#[test]
+fn ratios_are_formed_by_seed_and_have_an_interval() {
+    // Logarithms −0.2 and 0: mean −0.1, half width 12.706 × 0.1 = 1.2706. Errors differ threefold by seed.
+    let (_place, folder) = ratios("change", &[(-0.2f64).exp(), 1.0], &[0.5, 0.5]);
+    let markdown = folder.text("tables/t.md");
+    let easy = "| B | **-9.5 \\[-74.6, +222.4\\]** | **-50.0** |";
+    assert!(markdown.contains(easy), "{markdown}");
+    assert!(markdown.contains("| A | *+0.0* | +0.0 |"), "{markdown}");
+    assert!(
+        markdown.contains("interval of the ratio over 2 seeds"),
+        "{markdown}"
+    );
+    let csv = folder.text("tables/t.csv");
+    let line = csv.lines().find(|l| l.starts_with("easy,EASY,,B,"));
+    let cells: Vec<&str> = line.expect("a line").split(',').collect();
+    let half: f64 = cells[7].parse().expect("half width");
+    assert!(
+        (half - 50.0 * (1.1706f64.exp() - (-1.3706f64).exp())).abs() < 0.01,
+        "{half}"
+    );
+}
+
+#[test]
+fn a_failed_scene_is_no_data_in_any_mean() {
+    let (_place, folder) = ratios("change", &[0.5], &[f64::NAN]);
+    let change = folder.text("tables/t.md");
+    assert!(change.contains("| B | **-50.0** | — | — |"), "{change}");
+    let (_place, folder) = ratios("averages", &[0.5], &[f64::NAN]);
+    let averages = folder.text("tables/t.md");
+    assert!(averages.contains("| A | 0.1000 | 1.00 |"), "{averages}");
+    assert!(averages.contains("| B | — | — |"), "{averages}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::args::DiffArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Row, Store};
+use crate::experiment::{Case, Row, Store};
 use crate::metric::statistics::Summary;
 
 const COLUMNS: &[&str] = &[
@@ -17,54 +17,48 @@ const COLUMNS: &[&str] = &[
     "seconds_total",
 ];
 
-/// One contender on one scene and one combination of swept values.
-type Group = (String, String, String);
-
-/// Pairs rows by scene, label, sweep and seed, and prints mean relative changes.
+/// Pairs rows of one case by their seeds, and prints mean relative changes.
 pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
     let rows = |folder| -> Result<Vec<Row>, Failure> {
         let store = Store::open(folder)?;
         Ok(store.rows(&store.plan()?))
     };
     let (before, after) = (rows(&args.before)?, rows(&args.after)?);
-    let mut groups: Vec<Group> = Vec::new();
+    let mut cases: Vec<Case> = Vec::new();
     for row in before.iter().filter(|r| partner(r, &after).is_some()) {
-        if !groups.contains(&group(row)) {
-            groups.push(group(row));
+        let case = Case::of_row(row);
+        if !cases.contains(&case) {
+            cases.push(case);
         }
     }
-    if groups.is_empty() {
+    if cases.is_empty() {
         return Err(Failure::nothing(
-            "the two folders have no job in common (same scene, label, sweep and seed)",
+            "the two folders have no job in common (same scene, view, technique, label, swept values and seed)",
         ));
     }
     let mut changed = 0;
-    for name in &groups {
+    for case in &cases {
         let pairs: Vec<(&Row, &Row)> = before
             .iter()
-            .filter(|r| group(r) == *name)
+            .filter(|r| Case::of_row(r) == *case)
             .filter_map(|r| Some((r, partner(r, &after)?)))
             .collect();
         let lines: Vec<String> = COLUMNS.iter().filter_map(|c| change(c, &pairs)).collect();
         changed += usize::from(!lines.is_empty());
         if !lines.is_empty() {
-            say!("{} {} {}", name.0, name.1, name.2);
+            say!("{case}");
             lines.iter().for_each(|line| say!("  {line}"));
         }
     }
-    say!("{} contenders in common, {changed} changed", groups.len());
+    say!("{} contenders in common, {changed} changed", cases.len());
     Ok(exit::OK)
 }
 
-fn group(row: &Row) -> Group {
-    let sweep = serde_json::Value::Object(row.sweep.clone()).to_string();
-    (row.scene.clone(), row.label.clone(), sweep)
-}
-
 fn partner<'a>(row: &Row, others: &'a [Row]) -> Option<&'a Row> {
+    let case = Case::of_row(row);
     others
         .iter()
-        .find(|o| o.seed == row.seed && group(o) == group(row))
+        .find(|o| o.seed == row.seed && Case::of_row(o) == case)
 }
 
 /// One column's change; `None` if it is the same in all pairs.
@@ -89,4 +83,23 @@ fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<String> {
         "{column:<14} {a:.6} → {b:.6} ({:+.2} %), {significance}",
         100.0 * (b - a) / a
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_of_a_scene_are_compared_each_with_its_own() {
+        let seen = |view: &str, rmse: f64| Row {
+            scene: "kitchen".into(),
+            view: view.into(),
+            rmse: Some(rmse),
+            ..Row::default()
+        };
+        let after = [seen("top", 0.1), seen("front", 0.3)];
+        let partner = partner(&seen("front", 0.3), &after).expect("there");
+        assert_eq!(partner.rmse, Some(0.3));
+        assert!(super::partner(&seen("back", 0.3), &after).is_none());
+    }
 }

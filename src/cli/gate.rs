@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::args::GateArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Expression, Judged, Row, Store, Verdict, judge, overall};
+use crate::experiment::{Cases, Expression, Judged, Plan, Store, Verdict, judge, overall};
 
 /// A gate, what was expected, and its judgement per scene and swept value.
 struct Gate {
@@ -14,48 +14,87 @@ struct Gate {
     judged: Vec<Judged>,
 }
 
-/// Judges every gate; a config without gates gates on its claims.
+/// What is known of the jobs that gates are judged by.
+struct Jobs {
+    planned: usize,
+    /// Without a row.
+    missing: usize,
+    failed: usize,
+    /// What was replaced, left out or fell short, a line each.
+    notes: Vec<String>,
+}
+
+/// Judges every gate; a config without gates gates on its claims. Jobs without a row, or failed, are no
+/// pass, whatever the gates say of the others.
 pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     let store = Store::open(&args.folder)?;
     let plan = store.plan()?;
     let config = store.config()?;
-    let rows = store.rows(&plan);
+    let cases = Cases::new(&plan.jobs, store.rows(&plan));
     let mut gates = Vec::new();
     for gate in &config.gate {
-        gates.push(judged(&gate.text, &gate.expect, &gate.scenes, &rows)?);
+        gates.push(judged(&gate.text, &gate.expect, &gate.scenes, &cases)?);
     }
     if gates.is_empty() {
         for claim in &config.claim {
-            gates.push(judged(&claim.text, &claim.expect, &claim.scenes, &rows)?);
+            gates.push(judged(&claim.text, &claim.expect, &claim.scenes, &cases)?);
         }
     }
-    let failed_jobs = rows.iter().filter(|r| !r.ok()).count();
+    let jobs = Jobs {
+        planned: plan.jobs.len(),
+        missing: cases.missing(&plan.jobs).len(),
+        failed: cases.failed().count(),
+        notes: notes(&plan, &cases),
+    };
     for gate in &gates {
         print(gate);
     }
-    say!("{} gates, {failed_jobs} failed jobs", gates.len());
+    jobs.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    say!("{} gates, {}", gates.len(), jobs.describe());
     if let Some(file) = &args.junit {
-        crate::files::write(file, junit(&plan.name, &gates))?;
+        crate::files::write(file, junit(&plan.name, &gates, &jobs))?;
     }
-    Ok(exit_code(&gates, failed_jobs))
+    Ok(exit_code(&gates, &jobs))
 }
 
-fn judged(text: &str, expect: &str, scenes: &[String], rows: &[Row]) -> Result<Gate, Failure> {
+/// Notes of the plan and of the rows.
+fn notes(plan: &Plan, cases: &Cases) -> Vec<String> {
+    let of_rows = cases.notes();
+    let of_rows = of_rows
+        .iter()
+        .map(|note| format!("{}: {}", note.runs.join(", "), note.text));
+    plan.notes.iter().cloned().chain(of_rows).collect()
+}
+
+impl Jobs {
+    fn all_done(&self) -> bool {
+        self.missing == 0 && self.failed == 0
+    }
+
+    fn describe(&self) -> String {
+        format!(
+            "{} of {} jobs without a result, {} failed jobs",
+            self.missing, self.planned, self.failed
+        )
+    }
+}
+
+fn judged(text: &str, expect: &str, scenes: &[String], cases: &Cases) -> Result<Gate, Failure> {
     let expression = Expression::parse(expect).map_err(Failure::usage)?;
     Ok(Gate {
         text: text.to_owned(),
         expect: expect.to_owned(),
-        judged: judge(&expression, rows, scenes),
+        judged: judge(&expression, cases, scenes),
     })
 }
 
-fn exit_code(gates: &[Gate], failed_jobs: usize) -> u8 {
+fn exit_code(gates: &[Gate], jobs: &Jobs) -> u8 {
     let verdicts: Vec<Verdict> = gates.iter().map(|g| overall(&g.judged)).collect();
     if verdicts.contains(&Verdict::DoesNotHold) {
         exit::GATE_FAILED
-    } else if failed_jobs > 0 {
+    } else if jobs.failed > 0 {
         exit::SOME_FAILED
-    } else if verdicts.is_empty() || verdicts.contains(&Verdict::NoData) {
+    } else if jobs.missing > 0 || verdicts.is_empty() || verdicts.contains(&Verdict::NoData) {
         exit::GATE_NO_DATA
     } else if verdicts.contains(&Verdict::Inconclusive) {
         exit::GATE_INCONCLUSIVE
@@ -100,8 +139,9 @@ fn describe(one: &Judged) -> String {
     )
 }
 
-/// One test case a gate; what is open or without data is `skipped`.
-fn junit(name: &str, gates: &[Gate]) -> String {
+/// One test case a gate; what is open or without data is `skipped`. Jobs without a result are the error
+/// of a test case of their own, and what rows note stands at the end.
+fn junit(name: &str, gates: &[Gate], jobs: &Jobs) -> String {
     let count = |verdict| {
         gates
             .iter()
@@ -111,10 +151,11 @@ fn junit(name: &str, gates: &[Gate]) -> String {
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let _ = writeln!(
         xml,
-        "<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" skipped=\"{}\">",
+        "<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\">",
         escape(name),
-        gates.len(),
+        gates.len() + usize::from(!jobs.all_done()),
         count(Verdict::DoesNotHold),
+        usize::from(!jobs.all_done()),
         count(Verdict::Inconclusive) + count(Verdict::NoData)
     );
     for gate in gates {
@@ -140,6 +181,18 @@ fn junit(name: &str, gates: &[Gate]) -> String {
         };
         xml.push_str("</testcase>\n");
     }
+    if !jobs.all_done() {
+        let _ = writeln!(
+            xml,
+            "  <testcase classname=\"{}\" name=\"every job has a result\"><error message=\"{}\"/></testcase>",
+            escape(name),
+            escape(&jobs.describe())
+        );
+    }
+    if !jobs.notes.is_empty() {
+        let notes = escape(&jobs.notes.join("\n"));
+        let _ = writeln!(xml, "  <system-out>{notes}</system-out>");
+    }
     xml.push_str("</testsuite>\n");
     xml
 }
@@ -149,4 +202,67 @@ fn escape(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn held() -> Gate {
+        Gate {
+            text: "bounded".into(),
+            expect: "rmse(A) < 1".into(),
+            judged: vec![Judged {
+                scene: "s".into(),
+                at: String::new(),
+                verdict: Verdict::Holds,
+                smaller: 0.1,
+                larger: 1.0,
+                half_width: None,
+                repeats: 1,
+            }],
+        }
+    }
+
+    fn jobs(missing: usize, failed: usize) -> Jobs {
+        Jobs {
+            planned: 6,
+            missing,
+            failed,
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn jobs_without_a_result_are_no_pass() {
+        let gates = [held()];
+        assert_eq!(exit_code(&gates, &jobs(0, 0)), exit::OK);
+        assert_eq!(exit_code(&gates, &jobs(3, 0)), exit::GATE_NO_DATA);
+        assert_eq!(exit_code(&gates, &jobs(0, 1)), exit::SOME_FAILED);
+        let xml = junit("x", &gates, &jobs(3, 1));
+        assert!(
+            xml.contains("tests=\"2\" failures=\"0\" errors=\"1\""),
+            "{xml}"
+        );
+        let told = "3 of 6 jobs without a result, 1 failed jobs";
+        assert!(xml.contains(told), "{xml}");
+        let done = junit("x", &gates, &jobs(0, 0));
+        assert!(
+            done.contains("tests=\"1\" failures=\"0\" errors=\"0\""),
+            "{done}"
+        );
+    }
+
+    #[test]
+    fn notes_of_rows_stand_in_the_file() {
+        let noted = Jobs {
+            notes: vec![
+                "kitchen A, kitchen B: the map was not found & a grey sky stands in".into(),
+            ],
+            ..jobs(0, 0)
+        };
+        let xml = junit("x", &[held()], &noted);
+        let told = "kitchen A, kitchen B: the map was not found &amp; a grey sky stands in";
+        assert!(xml.contains(told), "{xml}");
+    }
 }

@@ -1,20 +1,19 @@
 //! What a config says about rows, checked before the first ray: claims, gates, tables, figures.
 
+use std::collections::BTreeSet;
+
+use super::case::{Case, NamedPlace, name_places, place_named};
 use super::claim::EVERY_SCENE;
 use super::config::{Config, ConfigError, Source};
-use super::equal_time::FOUND as LIGHTS_IN_TIME;
 use super::expression::Expression;
-use super::row::NUMBER_COLUMNS;
+use super::{Job, columns};
+use crate::cache::interpolation::INTERPOLATIONS;
+use crate::registry::TECHNIQUES;
 
-/// Checks every expression, label and column against the methods' labels and the scenes' names as
-/// rows will carry them.
-pub fn check(
-    source: &Source,
-    config: &Config,
-    labels: &[String],
-    scenes: &[String],
-) -> Result<(), ConfigError> {
-    let names = Names { labels, scenes };
+/// Checks every expression, label and column against the labels and scenes of the planned jobs, which are
+/// those of their rows.
+pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), ConfigError> {
+    let names = Names::of(jobs);
     let claims = config.claim.iter().map(|c| &c.expect).enumerate();
     let gates = config.gate.iter().map(|g| &g.expect).enumerate();
     for (list, (index, expect)) in claims
@@ -49,12 +48,29 @@ pub fn check(
     Ok(())
 }
 
+/// What claims, tables and figures may name.
 struct Names<'a> {
-    labels: &'a [String],
-    scenes: &'a [String],
+    labels: Vec<&'a str>,
+    places: Vec<NamedPlace>,
+    swept: BTreeSet<&'a str>,
 }
 
-impl Names<'_> {
+impl<'a> Names<'a> {
+    fn of(jobs: &'a [Job]) -> Self {
+        let mut labels: Vec<&str> = jobs.iter().map(|job| job.label.as_str()).collect();
+        labels.sort_unstable();
+        labels.dedup();
+        let places = jobs.iter().map(|job| (Case::of_job(job).place, None));
+        Self {
+            labels,
+            places: name_places(places),
+            swept: jobs
+                .iter()
+                .flat_map(|job| job.sweep.keys().map(String::as_str))
+                .collect(),
+        }
+    }
+
     fn expression(&self, text: &str) -> Result<(), String> {
         let expression = Expression::parse(text)?;
         for (column, label) in expression.names() {
@@ -63,20 +79,39 @@ impl Names<'_> {
                 None => self.label(label)?,
                 Some((label, scene)) => {
                     self.label(label)?;
-                    if scene != EVERY_SCENE && !self.scenes.iter().any(|s| s == scene) {
-                        return Err(format!(
-                            "no scene is called `{scene}`; there are: {}",
-                            self.scenes.join(", ")
-                        ));
-                    }
+                    self.scene(scene)?;
                 }
             }
         }
         Ok(())
     }
 
+    fn scene(&self, scene: &str) -> Result<(), String> {
+        if scene == EVERY_SCENE || place_named(&self.places, scene).is_some() {
+            return Ok(());
+        }
+        let list = |of: &dyn Fn(&&NamedPlace) -> bool| {
+            let names: Vec<&str> = self
+                .places
+                .iter()
+                .filter(of)
+                .map(|p| p.name.as_str())
+                .collect();
+            names.join(", ")
+        };
+        match list(&|p| p.place.scene == scene) {
+            views if views.is_empty() => Err(format!(
+                "no scene is called `{scene}`; there are: {}",
+                list(&|_| true)
+            )),
+            views => Err(format!(
+                "`{scene}` is seen from several views; say which: {views}"
+            )),
+        }
+    }
+
     fn label(&self, label: &str) -> Result<(), String> {
-        if self.labels.iter().any(|l| l == label) {
+        if self.labels.contains(&label) {
             return Ok(());
         }
         Err(format!(
@@ -86,28 +121,101 @@ impl Names<'_> {
     }
 
     fn column(&self, column: &str) -> Result<(), String> {
-        let parameter = |column: &str| {
-            let first = crate::placement::FIRST_STAGES.iter().map(|e| &e.about);
-            let refinements = crate::placement::REFINEMENTS.iter().map(|e| &e.about);
-            let interpolations = crate::cache::interpolation::INTERPOLATIONS
-                .iter()
-                .map(|e| &e.about);
-            first
-                .chain(refinements)
-                .chain(interpolations)
-                .any(|about| about.parameters.iter().any(|p| p.key == column))
-        };
-        if NUMBER_COLUMNS.contains(&column)
-            || column == "flip"
-            || column == LIGHTS_IN_TIME
-            || column.starts_with("seconds_")
-            || parameter(column)
+        if columns::is_declared(column)
+            || self.swept.contains(&column)
+            || parameters().any(|key| key == column)
         {
             return Ok(());
         }
+        let mut known: Vec<&str> = columns::declared().chain(parameters()).collect();
+        known.extend(&self.swept);
+        let advice = nearest(column, &known)
+            .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        let listed: Vec<&str> = columns::declared().collect();
         Err(format!(
-            "no column is called `{column}`; there are: {}, seconds_<stage> and the methods' parameters",
-            NUMBER_COLUMNS.join(", ")
+            "no column is called `{column}`{advice} There are: {}, seconds_<stage>, cpu_seconds_<stage>, \
+             serial_share_<stage>, the methods' parameters and swept keys",
+            listed.join(", ")
         ))
+    }
+}
+
+/// Parameters that any contender declares: rows carry those that are set.
+fn parameters() -> impl Iterator<Item = &'static str> {
+    let listed = TECHNIQUES
+        .iter()
+        .flat_map(|technique| (technique.contenders)());
+    let parts = listed.flat_map(|listed| listed.parts);
+    let interpolations = INTERPOLATIONS.iter().map(|e| &e.about);
+    parts
+        .chain(interpolations)
+        .flat_map(|about| about.parameters.iter().map(|p| p.key))
+}
+
+/// The name that is most like another, if it could be a slip of the finger.
+fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+    let distance = |name: &str| strsim::damerau_levenshtein(wrong, name);
+    let near = known.iter().copied().min_by_key(|name| distance(name))?;
+    (distance(near) <= 1 + wrong.len().max(near.len()) / 3).then_some(near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::{Job, Override, plan};
+
+    const CONFIG: &str = r#"
+name = "n"
+technique = "ambient-occlusion"
+caches = 60
+[[scene]]
+name = "hard-cases"
+view = "poles"
+[[scene]]
+name = "hard-cases"
+view = "VIEW"
+[[method]]
+id = "IM"
+[[claim]]
+text = "t"
+where = "w"
+expect = "EXPECT"
+"#;
+
+    fn planned(expect: &str, overrides: &[Override]) -> Result<Vec<Job>, String> {
+        let description = crate::scene::find_scene("hard-cases").expect("shipped");
+        let other = description.views.iter().find(|v| v.name != "poles");
+        let view = &other.expect("a second view").name;
+        let source = Source {
+            file: "c.toml".into(),
+            text: CONFIG.replace("EXPECT", expect).replace("VIEW", view),
+        };
+        let (_, plan) = plan(&source, overrides).map_err(|e| e.to_string())?;
+        Ok(plan.jobs)
+    }
+
+    #[test]
+    fn a_scene_of_several_views_is_named_with_one() {
+        planned("rmse(IM@hard-cases (poles)) < 1", &[]).expect("plans");
+        let error = planned("rmse(IM@hard-cases) < 1", &[]).expect_err("several");
+        assert!(
+            error.contains("hard-cases (poles), hard-cases ("),
+            "{error}"
+        );
+        let error = planned("rmse(IM@elsewhere) < 1", &[]).expect_err("none");
+        assert!(error.contains("no scene is called `elsewhere`"), "{error}");
+    }
+
+    #[test]
+    fn found_and_set_parameters_and_swept_keys_are_columns() {
+        for column in ["allowed_error", "passes", "lights_in_time", "sigma_a_deg"] {
+            planned(&format!("{column}(IM) < 1"), &[]).expect(column);
+        }
+        let swept = Override::parse("parameters.side=8,16").expect("reads");
+        planned("parameters.side(IM) < 1", &[swept]).expect("swept");
+        let error = planned("rmes(IM) < 1", &[]).expect_err("unknown");
+        assert!(error.contains("did you mean `rmse`?"), "{error}");
+        let error = planned("label(IM) < 1", &[]).expect_err("text");
+        assert!(error.contains("no column is called `label`"), "{error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Expression, Row};
+use super::{Case, Cases, Expression, NamedPlace, Swept};
 use crate::metric::statistics::Summary;
 
 /// What the rows say of a statement.
@@ -22,6 +22,7 @@ pub enum Verdict {
 /// A statement judged for one scene and one combination of swept values.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Judged {
+    /// As tables call it, or `*` for the mean over all.
     pub scene: String,
     /// Swept values as text, empty without a sweep.
     pub at: String,
@@ -37,106 +38,111 @@ pub struct Judged {
 /// `LABEL@*` is the mean of a contender over the scenes.
 pub const EVERY_SCENE: &str = "*";
 
-/// Judges an expression for every scene (of `scenes`, or all) and swept value; one that speaks of
-/// means over scenes alone is judged once for each swept value.
-pub fn judge(expression: &Expression, rows: &[Row], scenes: &[String]) -> Vec<Judged> {
-    let about = |row: &Row| {
-        scenes.is_empty()
-            || scenes
-                .iter()
-                .any(|s| *s == row.scene || row.paper.as_deref() == Some(s))
-    };
-    let mut groups: Vec<(String, String)> = Vec::new();
+/// Judges an expression for every scene that is expected (of `scenes`, or all) and swept value; one that
+/// speaks of means over scenes alone is judged once for each swept value.
+pub fn judge(expression: &Expression, cases: &Cases, scenes: &[String]) -> Vec<Judged> {
+    let about =
+        |place: &&NamedPlace| scenes.is_empty() || scenes.iter().any(|name| place.is_called(name));
+    let places: Vec<&NamedPlace> = cases.places.iter().filter(about).collect();
     let names = expression.names();
     let of_every = |(_, label): &(&str, &str)| label.ends_with("@*");
     let means = !names.is_empty() && names.iter().all(of_every);
-    for row in rows.iter().filter(|r| about(r)) {
-        let scene = match means {
-            true => EVERY_SCENE.to_owned(),
-            false => row.scene.clone(),
-        };
-        let group = (scene, sweep_text(row));
-        if !groups.contains(&group) {
-            groups.push(group);
+    let mut judged = Vec::new();
+    let mut add = |place: Option<&NamedPlace>, at: &Swept| {
+        let expected: Vec<&NamedPlace> = places
+            .iter()
+            .copied()
+            .filter(|p| cases.expects(&p.place, at))
+            .collect();
+        let there = place.map_or(!expected.is_empty(), |p| expected.contains(&p));
+        if there {
+            let group = Group {
+                cases,
+                place,
+                expected,
+                at,
+            };
+            judged.push(group.judge(expression));
+        }
+    };
+    if means {
+        cases.points.iter().for_each(|at| add(None, at));
+    } else {
+        for place in &places {
+            cases.points.iter().for_each(|at| add(Some(place), at));
         }
     }
-    groups
-        .into_iter()
-        .map(|group| judge_group(expression, (rows, &about), group))
-        .collect()
+    judged
 }
 
-/// Swept keys and values of a row as text.
-pub fn sweep_text(row: &Row) -> String {
-    let parts: Vec<String> = row
-        .sweep
-        .iter()
-        .map(|(k, v)| match v.as_str() {
-            Some(text) => format!("{k}={text}"),
-            None => format!("{k}={v}"),
-        })
-        .collect();
-    parts.join(" ")
+/// What a statement is judged for at once.
+struct Group<'a> {
+    cases: &'a Cases,
+    /// `None`: the mean over all that are expected.
+    place: Option<&'a NamedPlace>,
+    /// The places that the statement is about and that have jobs at this swept value.
+    expected: Vec<&'a NamedPlace>,
+    at: &'a Swept,
 }
 
-/// Whether a row is of a scene that a statement is about.
-type Admits<'a> = &'a dyn Fn(&Row) -> bool;
+impl Group<'_> {
+    /// `LABEL` is a contender at the group's place, `LABEL@SCENE` one at another place and `LABEL@*` the
+    /// mean over the expected places, at the same swept values and seed. A mean that lacks a value of any
+    /// place is no data.
+    fn value(&self, column: &str, label: &str, seed: u64) -> Option<f64> {
+        let at = |label: &str, place: &NamedPlace| {
+            let case: Case = self.cases.case(&place.place, label, self.at);
+            self.cases.value(&case, seed, column)
+        };
+        let (label, place) = match label.split_once('@') {
+            None => (label, self.place),
+            Some((label, EVERY_SCENE)) => (label, None),
+            Some((label, name)) => (label, Some(self.cases.place(name)?)),
+        };
+        let Some(place) = place else {
+            let values = self.expected.iter().map(|place| at(label, place));
+            let values: Vec<f64> = values.collect::<Option<_>>()?;
+            return Some(values.iter().sum::<f64>() / values.len() as f64);
+        };
+        at(label, place)
+    }
 
-/// `LABEL` is a contender on the group's scene, `LABEL@SCENE` one on another scene and `LABEL@*` the
-/// mean over the scenes that `about` admits, at the same swept values and seed.
-fn judge_group(
-    expression: &Expression,
-    (rows, about): (&[Row], Admits),
-    (scene, at): (String, String),
-) -> Judged {
-    let value = |column: &str, label: &str, seed: u64| {
-        let (label, scene) = label.split_once('@').unwrap_or((label, &scene));
-        let mut values = rows
+    fn judge(&self, expression: &Expression) -> Judged {
+        let sides: Vec<(f64, f64)> = self
+            .cases
+            .seeds
             .iter()
-            .filter(|r| r.ok() && r.seed == seed && r.label == label && sweep_text(r) == at)
-            .filter(|r| r.scene == scene || scene == EVERY_SCENE && about(r))
-            .map(|r| r.number(column));
-        if scene != EVERY_SCENE {
-            return values.next()?;
+            .filter_map(|&seed| {
+                let value = |column: &str, label: &str| self.value(column, label, seed);
+                let measured = expression.measure(&value)?;
+                Some((measured.smaller, measured.larger))
+            })
+            .collect();
+        let n = sides.len();
+        let mean =
+            |side: fn(&(f64, f64)) -> f64| sides.iter().map(side).sum::<f64>() / n.max(1) as f64;
+        let (smaller, larger) = (mean(|s| s.0), mean(|s| s.1));
+        let differences: Vec<f64> = sides.iter().map(|(s, l)| l - s).collect();
+        let half_width = Summary::of(&differences).and_then(|s| s.half_width);
+        let margin = larger - smaller;
+        let verdict = if n == 0 || !margin.is_finite() {
+            Verdict::NoData
+        } else {
+            match half_width {
+                Some(half) if margin.abs() <= half => Verdict::Inconclusive,
+                _ if margin > 0.0 => Verdict::Holds,
+                _ => Verdict::DoesNotHold,
+            }
+        };
+        Judged {
+            scene: self.place.map_or(EVERY_SCENE, |p| &p.name).to_owned(),
+            at: self.at.text(),
+            verdict,
+            smaller,
+            larger,
+            half_width,
+            repeats: n,
         }
-        let values: Vec<f64> = values.collect::<Option<_>>()?;
-        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-    };
-    let in_group = |r: &&Row| (r.scene == scene || scene == EVERY_SCENE) && sweep_text(r) == at;
-    let of_group = rows.iter().filter(in_group);
-    let mut seeds: Vec<u64> = of_group.map(|r| r.seed).collect();
-    seeds.sort_unstable();
-    seeds.dedup();
-    let sides: Vec<(f64, f64)> = seeds
-        .iter()
-        .filter_map(|&seed| {
-            let measured = expression.measure(&|column, label| value(column, label, seed))?;
-            Some((measured.smaller, measured.larger))
-        })
-        .collect();
-    let n = sides.len();
-    let mean = |side: fn(&(f64, f64)) -> f64| sides.iter().map(side).sum::<f64>() / n.max(1) as f64;
-    let (smaller, larger) = (mean(|s| s.0), mean(|s| s.1));
-    let differences: Vec<f64> = sides.iter().map(|(s, l)| l - s).collect();
-    let half_width = Summary::of(&differences).and_then(|s| s.half_width);
-    let margin = larger - smaller;
-    let verdict = if n == 0 || !margin.is_finite() {
-        Verdict::NoData
-    } else {
-        match half_width {
-            Some(half) if margin.abs() <= half => Verdict::Inconclusive,
-            _ if margin > 0.0 => Verdict::Holds,
-            _ => Verdict::DoesNotHold,
-        }
-    };
-    Judged {
-        scene,
-        at,
-        verdict,
-        smaller,
-        larger,
-        half_width,
-        repeats: n,
     }
 }
 
@@ -157,6 +163,7 @@ pub fn overall(judged: &[Judged]) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::Row;
 
     fn row(label: &str, seed: u64, rmse: f64) -> Row {
         Row {
@@ -169,17 +176,67 @@ mod tests {
         }
     }
 
+    fn judged(expression: &str, rows: &[Row]) -> Vec<Judged> {
+        let expression = Expression::parse(expression).expect("parses");
+        judge(&expression, &Cases::new(&[], rows.to_vec()), &[])
+    }
+
     fn verdict(rows: &[Row]) -> Verdict {
-        let expression = Expression::parse("rmse(A) < rmse(B)").expect("parses");
-        overall(&judge(&expression, rows, &[]))
+        overall(&judged("rmse(A) < rmse(B)", rows))
+    }
+
+    fn on(scene: &str, row: Row) -> Row {
+        Row {
+            scene: scene.into(),
+            ..row
+        }
+    }
+
+    #[test]
+    fn a_mean_without_one_of_its_scenes_is_no_data() {
+        let mut rows = vec![
+            on("easy", row("A", 1, 0.1)),
+            on("easy", row("B", 1, 0.2)),
+            on("hard", row("A", 1, 5.0)),
+            on("hard", row("B", 1, 0.3)),
+        ];
+        let of = |rows: &[Row]| overall(&judged("rmse(A@*) < rmse(B@*)", rows));
+        assert_eq!(of(&rows), Verdict::DoesNotHold);
+        rows[2].status = "failed: it crashed on the hard scene".into();
+        assert_eq!(of(&rows), Verdict::NoData);
+        rows.remove(2);
+        assert_eq!(of(&rows), Verdict::NoData);
+    }
+
+    #[test]
+    fn two_views_of_a_scene_are_judged_apart() {
+        let from = |view: &str, row: Row| Row {
+            view: view.into(),
+            ..row
+        };
+        let rows = [
+            from("top", row("A", 1, 0.1)),
+            from("top", row("B", 1, 0.2)),
+            from("front", row("A", 1, 0.3)),
+            from("front", row("B", 1, 0.2)),
+        ];
+        let apart = judged("rmse(A) < rmse(B)", &rows);
+        let verdicts: Vec<_> = apart
+            .iter()
+            .map(|j| (j.scene.as_str(), j.verdict))
+            .collect();
+        let expected = [
+            ("s (top)", Verdict::Holds),
+            ("s (front)", Verdict::DoesNotHold),
+        ];
+        assert_eq!(verdicts, expected);
+        let named = judged("rmse(A@s (front)) > rmse(A@s (top))", &rows);
+        assert!(named.iter().all(|j| j.verdict == Verdict::Holds));
+        assert_eq!(overall(&judged("rmse(A@s) < 1", &rows)), Verdict::NoData);
     }
 
     #[test]
     fn means_over_scenes_are_judged_once() {
-        let on = |scene: &str, row: Row| Row {
-            scene: scene.into(),
-            ..row
-        };
         let rows = [
             on("s", row("A", 1, 0.3)),
             on("s", row("B", 1, 0.2)),
@@ -187,11 +244,12 @@ mod tests {
             on("t", row("B", 1, 0.6)),
         ];
         let expression = Expression::parse("rmse(A@*) < rmse(B@*)").expect("parses");
-        let judged = judge(&expression, &rows, &[]);
+        let cases = Cases::new(&[], rows.to_vec());
+        let judged = judge(&expression, &cases, &[]);
         assert_eq!(judged.len(), 1);
         assert_eq!(judged[0].verdict, Verdict::Holds);
         assert!((judged[0].smaller - 0.2).abs() < 1e-12 && (judged[0].larger - 0.4).abs() < 1e-12);
-        let on_s = judge(&expression, &rows, &["s".into()]);
+        let on_s = judge(&expression, &cases, &["s".into()]);
         assert_eq!(on_s[0].verdict, Verdict::DoesNotHold);
     }
 

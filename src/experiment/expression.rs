@@ -7,8 +7,8 @@
 //! factor     = number | "(" sum ")" | ("min" | "max") "(" sum ("," sum)* ")" | column "(" LABEL ")"
 //! ```
 //! `rmse(VGC+DGS) < 0.95 * min(rmse(SD), rmse(IM))`: labels are those of the config (`LABEL@SCENE`
-//! for another scene than the one at hand, `LABEL@*` for the mean over all scenes), columns those of
-//! `rows.csv`.
+//! for another scene than the one at hand, `LABEL@SCENE (VIEW)` where several of its views occur, `LABEL@*`
+//! for the mean over all scenes), columns those of `rows.csv`.
 
 /// A parsed comparison.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,7 +182,7 @@ impl<'a> Parser<'a> {
         if word == "min" || word == "max" {
             return self.extreme(word == "max");
         }
-        let close = self.rest().find(')').ok_or_else(|| self.expected("`)`"))?;
+        let close = closing(self.rest()).ok_or_else(|| self.expected("`)`"))?;
         let label = self.rest()[..close].trim().to_owned();
         self.at += close + 1;
         Ok(Term::Column {
@@ -201,6 +201,20 @@ impl<'a> Parser<'a> {
             None => Err(self.expected("`,` or `)`")),
         }
     }
+}
+
+/// Where the parenthesis that is open at the start of a text closes: names may hold pairs of their own,
+/// as in `SD@kitchen (top)`.
+fn closing(text: &str) -> Option<usize> {
+    let mut open = 1;
+    text.char_indices().find_map(|(at, c)| {
+        match c {
+            '(' => open += 1,
+            ')' => open -= 1,
+            _ => {}
+        }
+        (open == 0).then_some(at)
+    })
 }
 
 #[cfg(test)]
@@ -226,6 +240,11 @@ mod tests {
             }
         );
         assert_eq!(expression.names().len(), 3);
+        let of_view = Expression::parse("rmse(A@kitchen (top)) < (rmse(B))").expect("parses");
+        assert_eq!(
+            of_view.names(),
+            [("rmse", "A@kitchen (top)"), ("rmse", "B")]
+        );
         let flipped = Expression::parse("psnr(A) >= 30").expect("parses");
         let measured = flipped.measure(&|_, _| Some(40.0)).expect("there");
         assert_eq!(

@@ -1,9 +1,12 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
 mod budget;
+mod case;
+mod cases;
 mod caught;
 mod check;
 mod claim;
+mod columns;
 mod config;
 mod equal_time;
 mod expression;
@@ -22,7 +25,10 @@ mod store;
 mod suite;
 
 pub use budget::Budget;
+pub use case::{Case, NamedPlace, Place, Swept};
+pub use cases::{Cases, RowNote};
 pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
+pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit};
 pub use config::{
     ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published,
     SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
@@ -35,7 +41,7 @@ pub use overrides::Override;
 pub use plan::{Job, Plan, plan};
 pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::{Reference, ReferenceStore};
-pub use row::{NUMBER_COLUMNS, Row, to_csv};
+pub use row::{Row, to_csv};
 pub use run::{Outcome, RunError, RunOptions, build_technique, load_scene, run, shot_of};
 pub use scale::Scale;
 pub use store::Store;

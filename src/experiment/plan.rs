@@ -171,14 +171,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         }
         .add_jobs(&mut plan)?;
     }
-    let names = |name: fn(&Job) -> &String| {
-        let mut names: Vec<String> = plan.jobs.iter().map(|j| name(j).clone()).collect();
-        names.sort();
-        names.dedup();
-        names
-    };
-    let (labels, scenes) = (names(|j| &j.label), names(|j| &j.scene));
-    super::check::check(source, &base, &labels, &scenes)?;
+    super::check::check(source, &base, &plan.jobs)?;
     plan.notes.sort();
     plan.notes.dedup();
     // All jobs of a scene together, so that it is loaded once; otherwise in the order written.

@@ -3,11 +3,15 @@
 use std::io;
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
-use super::Job;
+use super::columns::{self, COLUMNS, Cells};
+use super::{Job, Swept};
 
-/// A job's result. Missing metrics are `None`: not computed, or not defined (a failed job).
+/// A job's result. Missing metrics are `None`: not computed, or not defined (a failed job). Fields that older
+/// rows lack have their defaults.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Row {
     /// Content id: hexadecimal hash of everything that determines the result.
     pub job: String,
@@ -23,9 +27,9 @@ pub struct Row {
     /// The paper's name of the scene.
     pub paper: Option<String>,
     /// Swept keys and their values.
-    pub sweep: serde_json::Map<String, serde_json::Value>,
+    pub sweep: Map<String, Value>,
     /// Resolved and found parameters.
-    pub params: serde_json::Map<String, serde_json::Value>,
+    pub params: Map<String, Value>,
     /// What the contenders share, for example `caches=7500` or `lights=16`.
     pub budget: String,
     pub seed: u64,
@@ -38,31 +42,27 @@ pub struct Row {
     pub rays: u64,
     /// Any-hit rays.
     pub shadow_rays: u64,
+    /// Closest-hit and any-hit rays of a search for settings, which are in no total; its time is the stage
+    /// `search_settings`.
+    pub search_rays: u64,
+    pub search_shadow_rays: u64,
     pub lookups: u64,
-    /// Bytes of geometry, tree, textures and map.
-    #[serde(default)]
+    /// Bytes of geometry, trees, textures and map.
     pub bytes_scene: u64,
     /// Bytes that the method keeps.
-    #[serde(default)]
     pub bytes_cache: u64,
-    /// Peak bytes of everything else.
-    #[serde(default)]
+    /// Peak bytes of the rest.
     pub bytes_work: u64,
-    /// Closest-hit rays of a search for settings, not in `rays`.
-    #[serde(default)]
-    pub search_rays: u64,
-    /// Any-hit rays of a search for settings, not in `shadow_rays`.
-    #[serde(default)]
-    pub search_shadow_rays: u64,
-    #[serde(default)]
-    pub cpu_seconds: serde_json::Map<String, serde_json::Value>,
-    #[serde(default)]
-    pub cpu_seconds_total: f64,
-    #[serde(default)]
-    pub serial_share: serde_json::Map<String, serde_json::Value>,
+    /// Wall time of all stages but `search_settings`.
     pub seconds_total: f64,
     /// Stage name → seconds, in order of execution.
-    pub seconds: serde_json::Map<String, serde_json::Value>,
+    pub seconds: Map<String, Value>,
+    /// CPU time of all threads in all stages but `search_settings`.
+    pub cpu_seconds_total: f64,
+    /// Stage name → CPU seconds of all threads.
+    pub cpu_seconds: Map<String, Value>,
+    /// Stage name → CPU seconds of the coordinating thread over those of all, in [0, 1].
+    pub serial_share: Map<String, Value>,
     pub rmse: Option<f64>,
     pub relmse: Option<f64>,
     pub psnr: Option<f64>,
@@ -80,6 +80,12 @@ pub struct Row {
     pub status: String,
     /// Shortfalls and fallbacks.
     pub notes: Vec<String>,
+    /// Version and commit.
+    pub program: String,
+    /// The ray kernel.
+    pub kernel: String,
+    /// Processor and system.
+    pub machine: String,
 }
 
 impl Row {
@@ -93,11 +99,7 @@ impl Row {
         self.method.clone_from(&job.method);
         self.label.clone_from(&job.label);
         self.paper.clone_from(&job.paper);
-        self.sweep = job
-            .sweep
-            .iter()
-            .filter_map(|(k, v)| Some((k.clone(), serde_json::to_value(v).ok()?)))
-            .collect();
+        self.sweep = Swept::of_job(job).values.into_iter().collect();
         self.budget = job.budget.to_string();
         self.seed = job.seed;
         self.width = job.width;
@@ -106,41 +108,14 @@ impl Row {
         self.reference.clone_from(&job.reference);
     }
 
-    /// A numeric column by its name in `rows.csv`, for tables, plots and claims; `seconds_<stage>`
-    /// reads one stage.
+    /// A number by the name of its column in `rows.csv` (`seconds_<stage>` reads one stage), of a parameter
+    /// or of a swept key: for tables, plots and claims.
     pub fn number(&self, column: &str) -> Option<f64> {
-        let count = |n: u64| Some(n as f64);
-        match column {
-            "rmse" => self.rmse,
-            "relmse" => self.relmse,
-            "psnr" => self.psnr,
-            "ssim" => self.ssim,
-            "ms_ssim" => self.ms_ssim,
-            "flip_ldr" | "flip" => self.flip_ldr,
-            "flip_hdr" => self.flip_hdr,
-            "caches" => self.caches.and_then(count),
-            "lights" => self.lights.and_then(count),
-            "rays" => count(self.rays),
-            "shadow_rays" => count(self.shadow_rays),
-            "all_rays" => count(self.rays + self.shadow_rays),
-            "rmse_above_noise" => self.above_noise(),
-            "lookups" => count(self.lookups),
-            "bytes_cache" => count(self.bytes_cache),
-            "non_finite" => count(self.non_finite),
-            "reference_floor" => self.reference_floor,
-            "seconds_total" => Some(self.seconds_total),
-            _ => {
-                let value = match column.strip_prefix("seconds_") {
-                    Some(stage) => self.seconds.get(stage),
-                    None => self.params.get(column).or_else(|| self.sweep.get(column)),
-                };
-                value.and_then(serde_json::Value::as_f64)
-            }
-        }
+        columns::number(self, column)
     }
 
     /// √(RMSE² − reference noise²): what of the RMSE is the method's own; 0 where noise is all.
-    fn above_noise(&self) -> Option<f64> {
+    pub(super) fn above_noise(&self) -> Option<f64> {
         let (rmse, floor) = (self.rmse?, self.reference_floor.unwrap_or(0.0));
         Some((rmse * rmse - floor * floor).max(0.0).sqrt())
     }
@@ -151,108 +126,94 @@ impl Row {
     }
 }
 
-/// The columns that tables, plots and claims may name, besides `seconds_<stage>` and parameters.
-pub const NUMBER_COLUMNS: &[&str] = &[
-    "rmse",
-    "relmse",
-    "psnr",
-    "ssim",
-    "ms_ssim",
-    "flip_ldr",
-    "flip_hdr",
-    "caches",
-    "lights",
-    "rays",
-    "shadow_rays",
-    "all_rays",
-    "rmse_above_noise",
-    "lookups",
-    "bytes_cache",
-    "non_finite",
-    "reference_floor",
-    "seconds_total",
-];
-
 /// Tidy CSV: one line a row, one column for each stage that any row has.
 pub fn to_csv(rows: &[Row]) -> io::Result<String> {
-    let mut stages: Vec<&str> = Vec::new();
-    for stage in rows.iter().flat_map(|r| r.seconds.keys()) {
-        if !stages.contains(&stage.as_str()) {
-            stages.push(stage);
+    let mut columns: Vec<(String, Cell)> = Vec::new();
+    for entry in COLUMNS {
+        let key = || entry.key.to_owned();
+        match entry.cells {
+            Cells::Text(get) => columns.push((key(), Box::new(get))),
+            Cells::Count(get) => columns.push((key(), Box::new(move |row| optional(get(row))))),
+            Cells::Number(get) => columns.push((key(), Box::new(move |row| optional(get(row))))),
+            Cells::Derived(_) | Cells::Found => {}
+            Cells::Stages(get) => {
+                for stage in stages(rows, get) {
+                    let name = format!("{}_{stage}", entry.key);
+                    let seconds = move |row: &Row| get(row).get(&stage).and_then(Value::as_f64);
+                    columns.push((name, Box::new(move |row| optional(seconds(row)))));
+                }
+            }
         }
     }
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let fixed = [
-        "job",
-        "experiment",
-        "scene",
-        "view",
-        "frame",
-        "technique",
-        "method",
-        "label",
-        "params",
-        "sweep",
-        "budget",
-        "seed",
-        "width",
-        "height",
-        "spp",
-        "caches",
-        "lights",
-        "rays",
-        "shadow_rays",
-        "lookups",
-        "bytes_cache",
-        "seconds_total",
-    ];
-    let metrics = [
-        "rmse", "relmse", "psnr", "ssim", "ms_ssim", "flip_ldr", "flip_hdr",
-    ];
-    let tail = ["reference", "reference_floor", "non_finite", "status"];
-    let mut header: Vec<String> = fixed.iter().map(|s| (*s).to_owned()).collect();
-    header.extend(stages.iter().map(|s| format!("seconds_{s}")));
-    header.extend(metrics.iter().chain(&tail).map(|s| (*s).to_owned()));
-    writer.write_record(&header)?;
-    let optional = |n: Option<f64>| n.map(|v| v.to_string()).unwrap_or_default();
-    let count = |n: Option<u64>| n.map(|v| v.to_string()).unwrap_or_default();
+    writer.write_record(columns.iter().map(|(name, _)| name))?;
     for row in rows {
-        let mut cells = vec![
-            row.job.clone(),
-            row.experiment.clone(),
-            row.scene.clone(),
-            row.view.clone(),
-            row.frame.to_string(),
-            row.technique.clone(),
-            row.method.clone(),
-            row.label.clone(),
-            serde_json::to_string(&row.params)?,
-            serde_json::to_string(&row.sweep)?,
-            row.budget.clone(),
-            row.seed.to_string(),
-            row.width.to_string(),
-            row.height.to_string(),
-            row.spp.to_string(),
-            count(row.caches),
-            count(row.lights),
-            row.rays.to_string(),
-            row.shadow_rays.to_string(),
-            row.lookups.to_string(),
-            row.bytes_cache.to_string(),
-            row.seconds_total.to_string(),
-        ];
-        for stage in &stages {
-            cells.push(optional(
-                row.seconds.get(*stage).and_then(serde_json::Value::as_f64),
-            ));
-        }
-        cells.extend(metrics.iter().map(|m| optional(row.number(m))));
-        cells.push(row.reference.clone());
-        cells.push(optional(row.reference_floor));
-        cells.push(row.non_finite.to_string());
-        cells.push(row.status.clone());
-        writer.write_record(&cells)?;
+        writer.write_record(columns.iter().map(|(_, cell)| cell(row)))?;
     }
     let bytes = writer.into_inner().map_err(|e| e.into_error())?;
     String::from_utf8(bytes).map_err(io::Error::other)
+}
+
+/// A cell of a row, as text.
+type Cell = Box<dyn Fn(&Row) -> String>;
+
+fn optional(value: Option<impl ToString>) -> String {
+    value.map(|v| v.to_string()).unwrap_or_default()
+}
+
+/// Every stage of any row, in the order in which they come.
+fn stages(rows: &[Row], of: fn(&Row) -> &Map<String, Value>) -> Vec<String> {
+    let mut stages: Vec<String> = Vec::new();
+    for stage in rows.iter().flat_map(|row| of(row).keys()) {
+        if !stages.contains(stage) {
+            stages.push(stage.clone());
+        }
+    }
+    stages
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_older_programs_can_be_read() {
+        let old = r#"{"job":"a","scene":"s","bytes_peak":7,"rmse":0.5,"status":"ok"}"#;
+        let row: Row = serde_json::from_str(old).expect("reads");
+        assert_eq!((row.rmse, row.bytes_work, row.ok()), (Some(0.5), 0, true));
+    }
+
+    #[test]
+    fn the_csv_has_a_column_for_each_stage_of_any_row() {
+        let mut row = Row {
+            caches: Some(7),
+            rmse: Some(0.5),
+            status: "ok".into(),
+            ..Row::default()
+        };
+        row.seconds.insert("placement".into(), 0.25.into());
+        row.serial_share.insert("placement".into(), 0.125.into());
+        let text = to_csv(&[row, Row::default()]).expect("writes");
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().expect("header").clone();
+        let rows: Vec<csv::StringRecord> = reader.records().map(|r| r.expect("row")).collect();
+        let cell = |row: usize, name: &str| {
+            let column = header.iter().position(|h| h == name);
+            rows[row].get(column.expect(name)).expect(name).to_owned()
+        };
+        for (name, first, second) in [
+            ("caches", "7", ""),
+            ("rmse", "0.5", ""),
+            ("seconds_placement", "0.25", ""),
+            ("serial_share_placement", "0.125", ""),
+            ("bytes_scene", "0", "0"),
+            ("status", "ok", ""),
+        ] {
+            assert_eq!(
+                (cell(0, name), cell(1, name)),
+                (first.into(), second.into())
+            );
+        }
+        assert!(!header.iter().any(|h| h == "all_rays"));
+    }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::caught::caught;
 use super::light_files::write_lights;
-use super::provenance::Provenance;
+use super::provenance::{self, Provenance};
 use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
@@ -258,6 +258,9 @@ impl Runner {
         let mut row = Row {
             status: "ok".into(),
             notes: self.scene_notes.clone(),
+            program: provenance::program(),
+            kernel: provenance::kernel(),
+            machine: provenance::machine(),
             ..Row::default()
         };
         row.describe(job, &self.plan.name);

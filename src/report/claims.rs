@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::column::Unit;
-use super::data::{Data, SceneOf, SweepPoint};
+use super::data::{Data, SceneOf};
 use super::number::Style;
-use crate::experiment::{Expression, Judged, Verdict, judge, overall};
+use crate::experiment::Unit;
+use crate::experiment::{Expression, Judged, Swept, Verdict, judge, overall};
 
 /// A claim or gate with its verdicts.
 #[derive(Clone, Debug, Serialize)]
@@ -74,7 +74,7 @@ fn judge_one(
             ..claim("cannot be read", "error")
         },
         Ok(expression) => {
-            let judged = judge(&expression, &data.rows, scenes);
+            let judged = judge(&expression, &data.cases, scenes);
             let (verdict, class) = words(overall(&judged));
             Claim {
                 cases: judged
@@ -91,7 +91,7 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
     let all = SceneOf::all();
     let scenes = data.scenes.iter().chain([&all]);
     let scene = scenes.into_iter().find(|s| s.name == judged.scene);
-    let point = data.points.iter().find(|p| p.text() == judged.at);
+    let point = data.points().iter().find(|p| p.text() == judged.at);
     let (verdict, class) = words(judged.verdict);
     let there = judged.verdict != Verdict::NoData;
     CaseOf {
@@ -136,7 +136,7 @@ fn margin(judged: &Judged) -> String {
 fn paper_sides(
     data: &Data,
     expression: &Expression,
-    (scene, point): (&SceneOf, &SweepPoint),
+    (scene, point): (&SceneOf, &Swept),
 ) -> Option<String> {
     let value = |column: &str, label: &str| {
         let label = label.strip_suffix("@*").unwrap_or(label);

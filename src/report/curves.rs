@@ -6,12 +6,12 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::axis::Axis;
-use super::column::Column;
-use super::data::{Case, Data, SceneOf};
+use super::data::{Asked, Data, SceneOf};
 use super::figure::{shows_method, shows_scene};
 use super::number::Style;
 use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
 use super::table_kinds::MOST_SCENES;
+use crate::experiment::Column;
 use crate::experiment::FigureSpec;
 
 const PANEL: (u32, u32) = (600, 450);
@@ -89,7 +89,7 @@ fn panels(data: &Data, spec: &FigureSpec) -> (usize, Vec<Panel>) {
 
 fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) -> Panel {
     let curves: Vec<Curve> = data
-        .labels
+        .labels()
         .iter()
         .enumerate()
         .filter(|(_, label)| shows_method(spec, label))
@@ -133,11 +133,11 @@ fn points(
     (x, y): (&str, &str),
 ) -> Vec<(f64, f64, f64)> {
     let mut points: Vec<(f64, f64, f64)> = data
-        .points
+        .points()
         .iter()
         .filter_map(|point| {
-            let case = Case {
-                scene: &scene.name,
+            let case = Asked {
+                scene,
                 label,
                 point,
             };

@@ -1,42 +1,35 @@
 //! The rows of a results folder, grouped the way tables and figures ask for them.
 
-use std::collections::{BTreeMap, HashSet};
 use std::io;
 use std::path::Path;
 
 use serde_json::Value;
 
 use super::estimate::Estimate;
-use crate::experiment::{Config, EVERY_SCENE, Job, Plan, Row, Store};
+use crate::experiment::{
+    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, Row, Store, Swept,
+};
 
 /// Everything a report is made of, but the images.
 pub struct Data {
     pub store: Store,
     pub plan: Plan,
     pub config: Config,
-    pub rows: Vec<Row>,
+    pub cases: Cases,
     /// `provenance.json`, or null.
     pub provenance: Value,
     /// In the order of the plan.
     pub scenes: Vec<SceneOf>,
-    /// Labels of the methods, in the order of the plan.
-    pub labels: Vec<String>,
-    /// Combinations of swept values, in the order of the plan; one empty one without a sweep.
-    pub points: Vec<SweepPoint>,
 }
 
-/// A scene as rows call it.
+/// A scene, from one of its views, as tables and figures show it.
 #[derive(Clone, Debug)]
 pub struct SceneOf {
+    /// The scene's name, with the view where several of them occur.
     pub name: String,
     /// The paper's name.
     pub paper: Option<String>,
-}
-
-/// One combination of swept values.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SweepPoint {
-    pub values: Vec<(String, Value)>,
+    pub place: Place,
 }
 
 impl SceneOf {
@@ -45,67 +38,30 @@ impl SceneOf {
         Self {
             name: EVERY_SCENE.into(),
             paper: None,
+            place: Place::default(),
         }
     }
-}
 
-impl SweepPoint {
-    fn of_job(job: &Job) -> Self {
-        let value = |v: &toml::Value| serde_json::to_value(v).unwrap_or(Value::Null);
+    fn of(named: &NamedPlace) -> Self {
         Self {
-            values: job
-                .sweep
-                .iter()
-                .map(|(k, v)| (k.clone(), value(v)))
-                .collect(),
+            name: named.name.clone(),
+            paper: named.paper.clone(),
+            place: named.place.clone(),
         }
     }
 
-    fn of_row(row: &Row) -> Self {
-        let mut values: Vec<_> = row
-            .sweep
-            .iter()
-            .map(|(k, v)| (k.clone(), v.clone()))
-            .collect();
-        values.sort_by(|a, b| a.0.cmp(&b.0));
-        Self { values }
-    }
-
-    /// `caches=100 ratio=0.5`, as claims name it; empty without a sweep.
-    pub fn text(&self) -> String {
-        let parts: Vec<String> = self
-            .values
-            .iter()
-            .map(|(k, v)| format!("{k}={}", value_text(v)))
-            .collect();
-        parts.join(" ")
-    }
-
-    /// The values alone.
-    pub fn short(&self) -> String {
-        let parts: Vec<String> = self.values.iter().map(|(_, v)| value_text(v)).collect();
-        parts.join(", ")
-    }
-
-    /// The swept keys.
-    pub fn keys(&self) -> String {
-        let keys: Vec<&str> = self.values.iter().map(|(k, _)| k.as_str()).collect();
-        keys.join(", ")
+    /// Whether it stands for the mean over all scenes.
+    pub fn is_all(&self) -> bool {
+        self.name == EVERY_SCENE
     }
 }
 
-fn value_text(value: &Value) -> String {
-    value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned)
-}
-
-/// A contender in a scene at a swept value: what its repeats share.
+/// A contender in a scene, or over all of them, at a swept value.
 #[derive(Clone, Copy, Debug)]
-pub struct Case<'a> {
-    pub scene: &'a str,
+pub struct Asked<'a> {
+    pub scene: &'a SceneOf,
     pub label: &'a str,
-    pub point: &'a SweepPoint,
+    pub point: &'a Swept,
 }
 
 impl Data {
@@ -120,92 +76,67 @@ impl Data {
         };
         let plan = store.plan().map_err(|e| named("plan.json", e))?;
         let config = store.config().map_err(|e| named("config.json", e))?;
-        let rows = store.rows(&plan);
+        let cases = Cases::new(&plan.jobs, store.rows(&plan));
         let provenance = std::fs::read_to_string(folder.join("provenance.json"))
             .ok()
             .and_then(|text| serde_json::from_str(&text).ok())
             .unwrap_or(Value::Null);
-        let mut data = Self {
+        Ok(Self {
             store,
             config,
-            rows,
+            scenes: cases.places.iter().map(SceneOf::of).collect(),
+            cases,
             provenance,
-            scenes: Vec::new(),
-            labels: Vec::new(),
-            points: Vec::new(),
             plan,
-        };
-        data.group();
-        Ok(data)
+        })
     }
 
-    fn group(&mut self) {
-        for job in &self.plan.jobs {
-            if !self.scenes.iter().any(|s| s.name == job.scene) {
-                self.scenes.push(SceneOf {
-                    name: job.scene.clone(),
-                    paper: job.paper.clone(),
-                });
-            }
-            if !self.labels.contains(&job.label) {
-                self.labels.push(job.label.clone());
-            }
-            let point = SweepPoint::of_job(job);
-            if !self.points.contains(&point) {
-                self.points.push(point);
-            }
-        }
-        if self.points.is_empty() {
-            self.points.push(SweepPoint::default());
-        }
+    /// Labels of the methods, in the order of the plan.
+    pub fn labels(&self) -> &[String] {
+        &self.cases.labels
+    }
+
+    /// Combinations of swept values, in the order of the plan; one empty one without a sweep.
+    pub fn points(&self) -> &[Swept] {
+        &self.cases.points
     }
 
     /// Whether more than one combination of values was swept.
     pub fn swept(&self) -> bool {
-        self.points.len() > 1
+        self.points().len() > 1
     }
 
-    /// Finished rows of a case, one a seed.
-    pub fn rows_of<'a>(&'a self, case: Case<'a>) -> impl Iterator<Item = &'a Row> {
-        self.rows.iter().filter(move |row| {
-            row.ok()
-                && row.scene == case.scene
-                && row.label == case.label
-                && SweepPoint::of_row(row) == *case.point
-        })
+    /// The case that is asked for; that of no row for the mean over all scenes.
+    pub fn case(&self, asked: Asked) -> Case {
+        self.cases
+            .case(&asked.scene.place, asked.label, asked.point)
+    }
+
+    /// The scenes in which anything was to run at a swept value.
+    pub fn expected<'a>(&'a self, point: &'a Swept) -> impl Iterator<Item = &'a SceneOf> {
+        let scenes = self.scenes.iter();
+        scenes.filter(|scene| self.cases.expects(&scene.place, point))
     }
 
     /// Mean and interval of a column over the repeats of a case; values that are missing or not
     /// finite are left out. `None` when nothing is left.
-    pub fn estimate(&self, case: Case, column: &str) -> Option<Estimate> {
-        if case.scene == EVERY_SCENE {
-            return self.mean_of_scenes(case, column);
+    pub fn estimate(&self, asked: Asked, column: &str) -> Option<Estimate> {
+        if asked.scene.is_all() {
+            return self.mean_of_scenes(asked, column);
         }
-        let by_seed: BTreeMap<u64, f64> = self
-            .rows_of(case)
-            .filter_map(|row| Some((row.seed, row.number(column)?)))
-            .filter(|(_, value)| value.is_finite())
-            .collect();
-        Estimate::new(by_seed)
+        let case = self.case(asked);
+        let seeds = self.cases.seeds.iter();
+        let value = |seed: &u64| Some((*seed, self.cases.value(&case, *seed, column)?));
+        Estimate::new(seeds.filter_map(value).collect())
     }
 
     /// For each seed the mean over the scenes, as long as all of them have a value.
-    fn mean_of_scenes(&self, case: Case, column: &str) -> Option<Estimate> {
-        let estimates: Vec<Estimate> = self
-            .scenes
-            .iter()
-            .map(|scene| {
-                let scene = &scene.name;
-                self.estimate(Case { scene, ..case }, column)
-            })
+    fn mean_of_scenes(&self, asked: Asked, column: &str) -> Option<Estimate> {
+        let scenes = self.expected(asked.point);
+        let estimates: Vec<Estimate> = scenes
+            .map(|scene| self.estimate(Asked { scene, ..asked }, column))
             .collect::<Option<_>>()?;
-        let seeds = estimates.first()?.by_seed.keys();
-        let mean = |seed: &u64| {
-            let values = estimates.iter().map(|e| e.by_seed.get(seed).copied());
-            let values: Vec<f64> = values.collect::<Option<_>>()?;
-            Some((*seed, values.iter().sum::<f64>() / values.len() as f64))
-        };
-        Estimate::new(seeds.filter_map(mean).collect())
+        Estimate::mean_of(&estimates)
     }
 
     /// The experiment's title, or its name.
@@ -219,43 +150,19 @@ impl Data {
 
     /// Jobs of the plan without a row.
     pub fn missing(&self) -> Vec<&Job> {
-        let there: HashSet<&str> = self.rows.iter().map(|r| r.job.as_str()).collect();
-        self.plan
-            .jobs
-            .iter()
-            .filter(|job| !there.contains(job.id.as_str()))
-            .collect()
+        self.cases.missing(&self.plan.jobs)
     }
 
     /// Rows of jobs that failed.
     pub fn failed(&self) -> Vec<&Row> {
-        self.rows.iter().filter(|row| !row.ok()).collect()
-    }
-
-    /// Shortfalls and fallbacks of the rows: each text once, with the runs it belongs to.
-    pub fn row_notes(&self) -> Vec<(String, Vec<String>)> {
-        let mut notes: Vec<(String, Vec<String>)> = Vec::new();
-        for row in &self.rows {
-            let place = format!("{} {}", row.scene, row.label);
-            for note in &row.notes {
-                let known = notes.iter().position(|(text, _)| text == note);
-                let index = known.unwrap_or(notes.len());
-                if known.is_none() {
-                    notes.push((note.clone(), Vec::new()));
-                }
-                if !notes[index].1.contains(&place) {
-                    notes[index].1.push(place.clone());
-                }
-            }
-        }
-        notes
+        self.cases.failed().collect()
     }
 }
 
 impl SceneOf {
     /// The name, with the paper's where it differs.
     pub fn title(&self) -> String {
-        if self.name == EVERY_SCENE {
+        if self.is_all() {
             return "Mean of all scenes".into();
         }
         match &self.paper {

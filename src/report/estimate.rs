@@ -27,6 +27,17 @@ impl Estimate {
         })
     }
 
+    /// The mean of several quantities, seed by seed; seeds that any of them lacks are left out.
+    pub fn mean_of(estimates: &[Self]) -> Option<Self> {
+        let seeds = estimates.first()?.by_seed.keys();
+        let mean = |seed: &u64| {
+            let values = estimates.iter().map(|e| e.by_seed.get(seed).copied());
+            let values: Vec<f64> = values.collect::<Option<_>>()?;
+            Some((*seed, values.iter().sum::<f64>() / values.len() as f64))
+        };
+        Self::new(seeds.filter_map(mean).collect())
+    }
+
     /// A published or derived number.
     pub fn exact(value: f64) -> Option<Self> {
         Self::new(BTreeMap::from([(0, value)]))

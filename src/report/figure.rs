@@ -95,6 +95,7 @@ pub fn shows_scene(spec: &FigureSpec, scene: &SceneOf) -> bool {
     spec.scenes.is_empty()
         || spec.scenes.iter().any(|pattern| {
             is(pattern, &scene.name)
+                || is(pattern, &scene.place.scene)
                 || scene
                     .paper
                     .as_deref()
@@ -112,7 +113,7 @@ fn shown<'a>(
     spec: &FigureSpec,
     pictures: &'a [Option<Pictures>],
 ) -> Vec<Shown<'a, 'a>> {
-    data.labels
+    data.labels()
         .iter()
         .zip(pictures)
         .filter(|(label, _)| shows_method(spec, label))

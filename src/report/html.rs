@@ -14,7 +14,7 @@ use super::figure::Drawn;
 use super::number;
 use super::table::Table;
 use super::table_kinds;
-use crate::experiment::{Budget, Job};
+use crate::experiment::{Budget, Case, Job};
 
 const TEMPLATE: &str = include_str!("report.html");
 
@@ -60,7 +60,12 @@ pub fn page(
     let missing: Vec<String> = data
         .missing()
         .iter()
-        .map(|j| format!("{} · {} · {} · seed {}", j.scene, j.label, j.budget, j.seed))
+        .map(|j| {
+            format!(
+                "{} ({}) · {} · {} · seed {}",
+                j.scene, j.view, j.label, j.budget, j.seed
+            )
+        })
         .collect();
     let page = json!({
         "title": title,
@@ -76,10 +81,10 @@ pub fn page(
         "failed": failures(data),
         "missing": missing,
         "jobs": data.plan.jobs.len(),
-        "finished": data.rows.iter().filter(|r| r.ok()).count(),
+        "finished": data.cases.rows.iter().filter(|r| r.ok()).count(),
         "scenes": scenes(data),
-        "labels": data.labels,
-        "sweep": data.points.iter().map(|p| p.text()).filter(|t| !t.is_empty()).collect::<Vec<_>>(),
+        "labels": data.labels(),
+        "sweep": data.points().iter().map(|p| p.text()).filter(|t| !t.is_empty()).collect::<Vec<_>>(),
         "seeds": data.config.repeats,
         "provenance": provenance(data),
         "command": command(data),
@@ -108,8 +113,8 @@ pub fn fill((name, template): (&str, &str), values: Value) -> io::Result<String>
 /// Stand-ins, shortfalls and undrawn figures; failed and missing jobs have their own lists.
 fn notes(data: &Data, drawn: &Drawn) -> Vec<String> {
     let mut notes = data.plan.notes.clone();
-    for (note, places) in data.row_notes() {
-        notes.push(format!("{note} — {}", places.join(", ")));
+    for note in data.cases.notes() {
+        notes.push(format!("{} — {}", note.text, note.runs.join(", ")));
     }
     notes.extend(data.unplaced());
     notes.extend(drawn.notes.iter().cloned());
@@ -121,7 +126,7 @@ fn failures(data: &Data) -> Vec<Failure> {
         .iter()
         .map(|row| Failure {
             job: row.job.clone(),
-            scene: row.scene.clone(),
+            scene: data.cases.name_of(row),
             label: row.label.clone(),
             budget: row.budget.clone(),
             seed: row.seed,
@@ -142,7 +147,7 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
                 .plan
                 .jobs
                 .iter()
-                .filter(|j| j.scene == scene.name)
+                .filter(|job| Case::of_job(job).place == scene.place)
                 .collect();
             let job = jobs.first()?;
             let budget = budgets(&jobs);

@@ -7,7 +7,6 @@ mod against_first;
 mod axis;
 mod canvas;
 mod claims;
-mod column;
 mod components;
 mod curves;
 mod data;

@@ -1,7 +1,7 @@
 //! Numbers as text: one scale and one number of decimals for all values that are compared.
 
-use super::column::Unit;
 use super::estimate::Estimate;
+use crate::experiment::Unit;
 
 /// How the numbers of one quantity are written.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::data::{Case, Data, SceneOf};
+use super::data::{Asked, Data, SceneOf};
 use crate::environment::LightKind;
 use crate::experiment::{LIGHTS_FILE, LightFile, MAP_FILE, Row};
 use crate::image::{Image, Plane, Samples, luminance, read_coded, read_layers};
@@ -55,15 +55,15 @@ pub fn of_scene<'a>(
     notes: &mut Vec<String>,
 ) -> Vec<Option<Pictures<'a>>> {
     let mut size = None;
-    data.labels
+    data.labels()
         .iter()
         .map(|label| {
-            let case = Case {
-                scene: &scene.name,
+            let asked = Asked {
+                scene,
                 label,
-                point: &data.points[0],
+                point: &data.points()[0],
             };
-            let row = data.rows_of(case).min_by_key(|row| row.seed)?;
+            let row = data.cases.rows_of(&data.case(asked)).next()?;
             let pictures = read(data, row).map_err(|reason| notes.push(reason)).ok()?;
             let here = (pictures.beauty.width, pictures.beauty.height);
             if *size.get_or_insert(here) != here {
@@ -80,7 +80,8 @@ pub fn of_scene<'a>(
 
 fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
     let path = data.store.job_folder(&row.job).join("image.exr");
-    let file = read_layers(&path).map_err(|e| format!("{} {}: {e}", row.scene, row.label))?;
+    let file = read_layers(&path)
+        .map_err(|e| format!("{} {}: {e}", data.cases.name_of(row), row.label))?;
     let mut pictures = Pictures {
         row,
         beauty: Image::default(),
@@ -108,7 +109,7 @@ fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
     if pictures.beauty.pixels.is_empty() {
         return Err(format!(
             "{} {}: {} holds no picture",
-            row.scene,
+            data.cases.name_of(row),
             row.label,
             path.display()
         ));

@@ -1,7 +1,7 @@
 //! The paper's numbers, found for our cells.
 
-use super::data::{Data, SceneOf, SweepPoint};
-use crate::experiment::{EVERY_SCENE, Published};
+use super::data::{Data, SceneOf};
+use crate::experiment::{EVERY_SCENE, Published, Swept};
 
 impl Data {
     /// The paper's number for a column of a method in a scene at a swept value.
@@ -10,7 +10,7 @@ impl Data {
     pub fn published(
         &self,
         scene: &SceneOf,
-        (label, point): (&str, &SweepPoint),
+        (label, point): (&str, &Swept),
         column: &str,
     ) -> Option<f64> {
         self.config
@@ -22,8 +22,8 @@ impl Data {
 
     /// Whether any number of the paper stands beside a column in a scene.
     pub fn has_published(&self, scene: &SceneOf, column: &str) -> bool {
-        self.labels.iter().any(|label| {
-            self.points
+        self.labels().iter().any(|label| {
+            self.points()
                 .iter()
                 .any(|point| self.published(scene, (label, point), column).is_some())
         })
@@ -43,9 +43,9 @@ impl Data {
     /// Published numbers that stand beside nothing, a sentence each.
     pub fn unplaced(&self) -> Vec<String> {
         let placed = |p: &Published| {
-            self.labels.contains(&p.method)
+            self.labels().contains(&p.method)
                 && (p.scene == EVERY_SCENE || self.scenes.iter().any(|s| is_scene(p, s)))
-                && self.points.iter().any(|point| self.is_point(p, point))
+                && self.points().iter().any(|point| self.is_point(p, point))
         };
         self.config
             .published
@@ -60,7 +60,7 @@ impl Data {
             .collect()
     }
 
-    fn is_point(&self, published: &Published, point: &SweepPoint) -> bool {
+    fn is_point(&self, published: &Published, point: &Swept) -> bool {
         if published.at.is_empty() {
             return !self.swept();
         }

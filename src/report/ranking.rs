@@ -6,13 +6,13 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::column::Column;
 use super::curves::Files;
-use super::data::{Case, Data, SceneOf};
+use super::data::{Asked, Data, SceneOf};
 use super::estimate::{Estimate, ranks};
 use super::figure::{shows_method, shows_scene};
 use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
-use crate::experiment::FigureSpec;
+use crate::experiment::Column;
+use crate::experiment::{Case, FigureSpec};
 
 /// Widths of a map and of the rest, height of a rank and of the rest without the names, pixels.
 const MAP: u32 = 44;
@@ -40,7 +40,7 @@ struct Sheet<'a> {
 
 /// Writes the plot; says why when there is nothing to draw.
 pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>> {
-    let shown = data.labels.iter().enumerate();
+    let shown = data.labels().iter().enumerate();
     let methods: Vec<(usize, &str)> = shown
         .filter(|(_, label)| shows_method(spec, label))
         .map(|(index, label)| (index, label.as_str()))
@@ -92,7 +92,11 @@ pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>>
 fn maps<'a>(data: &'a Data, spec: &FigureSpec) -> Vec<(String, Vec<&'a SceneOf>)> {
     let mut maps: Vec<(String, Vec<&SceneOf>)> = Vec::new();
     for scene in data.scenes.iter().filter(|scene| shows_scene(spec, scene)) {
-        let job = data.plan.jobs.iter().find(|job| job.scene == scene.name);
+        let job = data
+            .plan
+            .jobs
+            .iter()
+            .find(|job| Case::of_job(job).place == scene.place);
         let map = job.and_then(|job| job.environment.as_ref());
         let name = map.unwrap_or(&scene.name);
         match maps.iter_mut().find(|(known, _)| known == name) {
@@ -111,10 +115,10 @@ fn of_map(
 ) -> Option<Vec<f64>> {
     let mean = |label: &str| -> Option<Estimate> {
         let values = scenes.iter().map(|scene| {
-            let case = Case {
-                scene: &scene.name,
+            let case = Asked {
+                scene,
                 label,
-                point: &data.points[0],
+                point: &data.points()[0],
             };
             Some(data.estimate(case, &column.key)?.mean)
         });

@@ -2,13 +2,13 @@
 //! errors.
 
 use super::canvas::{Rect, blit, color_bar, fill, fitted_size, frame, painted, shown, white};
-use super::column::Unit;
 use super::estimate::{Estimate, Standing, standings};
 use super::figure::{Drawing, Shown};
 use super::font::{Align, Fonts, Ink};
 use super::number::{self, Style};
 use super::pictures::Pictures;
 use super::{inset, pictures};
+use crate::experiment::Unit;
 use crate::image::{Image, Plane};
 
 const MARGIN: usize = 16;

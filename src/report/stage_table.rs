@@ -1,10 +1,10 @@
 //! Where the time of each method went, as the papers' stage profiles.
 
-use super::column::{Column, Unit};
 use super::data::Data;
 use super::table::{Block, Group, Line, Table};
 use super::table_kinds::{column_of, notes, ours, start, style_of, theirs};
 use crate::experiment::TableSpec;
+use crate::experiment::{Column, Unit};
 
 /// One line a stage, columns scene × method.
 pub fn stages(data: &Data, spec: &TableSpec) -> Table {
@@ -27,9 +27,9 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
         })
         .collect();
     for scene in &data.scenes {
-        for point in &data.points {
+        for point in data.points() {
             let beside: Vec<bool> = data
-                .labels
+                .labels()
                 .iter()
                 .map(|l| {
                     keys.iter()
@@ -40,7 +40,7 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
                 heading: [scene.title(), point.text()].join(" ").trim().to_owned(),
                 columns: Vec::new(),
             };
-            for (label, beside) in data.labels.iter().zip(&beside) {
+            for (label, beside) in data.labels().iter().zip(&beside) {
                 group.columns.push(label.clone());
                 group.columns.extend(beside.then(|| "paper".to_owned()));
             }
@@ -51,7 +51,7 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
                 };
                 let found = column_of(data, (scene, point), &column, &mut table.records);
                 for ((label, beside), (estimate, standing)) in
-                    data.labels.iter().zip(&beside).zip(found)
+                    data.labels().iter().zip(&beside).zip(found)
                 {
                     line.cells.push(ours(estimate.as_ref(), standing, &style));
                     let value = data.published(scene, (label, point), key);
@@ -72,7 +72,7 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
 /// The stages of all rows; one that only some rows have stands after its predecessor there.
 fn stage_order(data: &Data) -> Vec<String> {
     let mut order: Vec<String> = Vec::new();
-    for row in data.rows.iter().filter(|r| r.ok()) {
+    for row in data.cases.rows.iter().filter(|r| r.ok()) {
         let mut next = 0;
         for stage in row.seconds.keys() {
             match order.iter().position(|s| s == stage) {

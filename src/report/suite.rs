@@ -34,12 +34,12 @@ pub fn write_suite(
     let mut parts = Vec::new();
     for name in experiments {
         let data = Data::read(&folder.join(name))?;
-        let seconds: f64 = data.rows.iter().map(|r| r.seconds_total).sum();
+        let seconds: f64 = data.cases.rows.iter().map(|r| r.seconds_total).sum();
         parts.push(Part {
             title: data.title().to_owned(),
             link: escape::link(&format!("{name}/report.html")),
             jobs: data.plan.jobs.len(),
-            finished: data.rows.iter().filter(|r| r.ok()).count(),
+            finished: data.cases.rows.iter().filter(|r| r.ok()).count(),
             time: match seconds < 100.0 {
                 true => format!("{seconds:.0} s"),
                 false => format!("{:.1} minutes", seconds / 60.0),

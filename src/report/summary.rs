@@ -56,7 +56,7 @@ fn claim(out: &mut String, claim: &Claim) {
 pub fn shortfalls(data: &Data) -> Vec<String> {
     let mut lines = data.plan.notes.clone();
     for row in data.failed() {
-        let sweep = data.points.len() > 1;
+        let sweep = data.points().len() > 1;
         let budget = if sweep {
             format!(" {}", row.budget)
         } else {
@@ -64,7 +64,10 @@ pub fn shortfalls(data: &Data) -> Vec<String> {
         };
         lines.push(format!(
             "{} {}{budget} seed {}: {}",
-            row.scene, row.label, row.seed, row.status
+            data.cases.name_of(row),
+            row.label,
+            row.seed,
+            row.status
         ));
     }
     let missing = data.missing().len();
@@ -74,18 +77,19 @@ pub fn shortfalls(data: &Data) -> Vec<String> {
             data.plan.jobs.len()
         ));
     }
-    for (note, places) in data.row_notes() {
-        let shown = places
+    for note in data.cases.notes() {
+        let shown = note
+            .runs
             .iter()
             .take(4)
             .cloned()
             .collect::<Vec<_>>()
             .join(", ");
-        let more = match places.len() {
+        let more = match note.runs.len() {
             0..=4 => String::new(),
             n => format!(" and {} more", n - 4),
         };
-        lines.push(format!("{shown}{more}: {note}"));
+        lines.push(format!("{shown}{more}: {}", note.text));
     }
     lines.extend(data.unplaced());
     lines

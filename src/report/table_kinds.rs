@@ -1,14 +1,14 @@
 //! The tables of a config: one line a method, a stage, or a method under a sweep.
 
 use super::against_first::against_first;
-use super::column::{Column, Unit};
-use super::data::{Case, Data, SceneOf, SweepPoint};
+use super::data::{Asked, Data, SceneOf};
 use super::escape;
 use super::estimate::{Estimate, Standing, ranks, standings};
 use super::number::Style;
 use super::stage_table::stages;
 use super::table::{Block, Cell, Group, Line, Record, Table};
-use crate::experiment::{TableKind, TableSpec};
+use crate::experiment::{Column, Unit};
+use crate::experiment::{Swept, TableKind, TableSpec};
 
 /// Every table of the config; errors by method when it names none.
 pub fn all(data: &Data) -> Vec<Table> {
@@ -46,7 +46,9 @@ pub fn costs(data: &Data) -> Table {
         "caches",
         "all_rays",
         "lookups",
-        "bytes_peak",
+        "bytes_scene",
+        "bytes_cache",
+        "bytes_work",
         "seconds_total",
     ];
     overview(
@@ -107,10 +109,10 @@ impl Metric {
 pub(super) fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
     let mut values = Vec::new();
     for scene in &data.scenes {
-        for point in &data.points {
-            for label in &data.labels {
+        for point in data.points() {
+            for label in data.labels() {
                 for key in keys {
-                    let case = case(scene, label, point);
+                    let case = asked(scene, label, point);
                     values.extend(data.estimate(case, key).map(|e| e.mean));
                     values.extend(data.published(scene, (label, point), key));
                 }
@@ -120,9 +122,9 @@ pub(super) fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
     Style::of(unit, values.into_iter())
 }
 
-fn case<'a>(scene: &'a SceneOf, label: &'a str, point: &'a SweepPoint) -> Case<'a> {
-    Case {
-        scene: &scene.name,
+fn asked<'a>(scene: &'a SceneOf, label: &'a str, point: &'a Swept) -> Asked<'a> {
+    Asked {
+        scene,
         label,
         point,
     }
@@ -131,21 +133,21 @@ fn case<'a>(scene: &'a SceneOf, label: &'a str, point: &'a SweepPoint) -> Case<'
 /// The estimates of all methods in one column, with their standings; recorded for the CSV.
 pub(super) fn column_of(
     data: &Data,
-    (scene, point): (&SceneOf, &SweepPoint),
+    (scene, point): (&SceneOf, &Swept),
     column: &Column,
     records: &mut Vec<Record>,
 ) -> Vec<(Option<Estimate>, Standing)> {
     let estimates: Vec<Option<Estimate>> = data
-        .labels
+        .labels()
         .iter()
-        .map(|label| data.estimate(case(scene, label, point), &column.key))
+        .map(|label| data.estimate(asked(scene, label, point), &column.key))
         .collect();
     let rivals: Vec<Option<&Estimate>> = estimates.iter().map(Option::as_ref).collect();
     let marks = match column.lower_is_better {
         Some(lower) => standings(&rivals, lower),
         None => vec![Standing::Plain; rivals.len()],
     };
-    for ((label, estimate), standing) in data.labels.iter().zip(&estimates).zip(&marks) {
+    for ((label, estimate), standing) in data.labels().iter().zip(&estimates).zip(&marks) {
         records.push(Record {
             scene: scene.name.clone(),
             paper_scene: scene.paper.clone(),
@@ -217,8 +219,8 @@ fn methods(data: &Data, spec: &TableSpec, scenes: &[SceneOf]) -> Table {
                 .collect(),
         });
     }
-    for point in &data.points {
-        let mut lines = lines_of(&data.labels);
+    for point in data.points() {
+        let mut lines = lines_of(data.labels());
         for scene in scenes {
             for metric in &metrics {
                 let column = column_of(data, (scene, point), &metric.column, &mut table.records);
@@ -273,7 +275,7 @@ fn tells_apart(data: &Data, column: &Column) -> bool {
     let cases = data
         .scenes
         .iter()
-        .flat_map(|s| data.points.iter().map(move |p| (s, p)));
+        .flat_map(|s| data.points().iter().map(move |p| (s, p)));
     cases.into_iter().any(|case| {
         let column = column_of(data, case, column, &mut Vec::new());
         column
@@ -282,24 +284,29 @@ fn tells_apart(data: &Data, column: &Column) -> bool {
     })
 }
 
-/// The rank of each method, averaged over the scenes that have a value of every method.
-fn mean_ranks(data: &Data, point: &SweepPoint, column: &Column) -> Vec<Cell> {
+/// The rank of each method, averaged over the scenes: among the methods that have a value in every scene;
+/// the others have no rank.
+fn mean_ranks(data: &Data, point: &Swept, column: &Column) -> Vec<Cell> {
     let lower = column.lower_is_better.unwrap_or(true);
-    let mut sums = vec![0.0; data.labels.len()];
-    let mut scenes = 0;
-    for scene in &data.scenes {
-        let estimates = column_of(data, (scene, point), column, &mut Vec::new());
-        let rivals: Vec<Option<&Estimate>> = estimates.iter().map(|(e, _)| e.as_ref()).collect();
-        if let Some(ranks) = ranks(&rivals, lower) {
-            scenes += 1;
-            sums.iter_mut()
-                .zip(ranks)
-                .for_each(|(sum, rank)| *sum += rank);
+    let by_scene: Vec<Vec<Option<Estimate>>> = data
+        .expected(point)
+        .map(|scene| {
+            let column = column_of(data, (scene, point), column, &mut Vec::new());
+            column.into_iter().map(|(estimate, _)| estimate).collect()
+        })
+        .collect();
+    let everywhere = |method: &usize| by_scene.iter().all(|scene| scene[*method].is_some());
+    let ranked: Vec<usize> = (0..data.labels().len()).filter(everywhere).collect();
+    let mut sums = vec![None; data.labels().len()];
+    for scene in &by_scene {
+        let rivals: Vec<Option<&Estimate>> = ranked.iter().map(|m| scene[*m].as_ref()).collect();
+        for (method, rank) in ranked.iter().zip(ranks(&rivals, lower).unwrap_or_default()) {
+            *sums[*method].get_or_insert(0.0) += rank;
         }
     }
     let means: Vec<Option<Estimate>> = sums
         .iter()
-        .map(|sum| Estimate::exact(sum / f64::from(scenes)))
+        .map(|sum| Estimate::exact((*sum)? / by_scene.len() as f64))
         .collect();
     let rivals: Vec<Option<&Estimate>> = means.iter().map(Option::as_ref).collect();
     let marks = standings(&rivals, true);
@@ -320,23 +327,23 @@ fn mean_ranks(data: &Data, point: &SweepPoint, column: &Column) -> Vec<Cell> {
 fn sweep(data: &Data, spec: &TableSpec) -> Table {
     let mut table = start(spec, "Method");
     table.groups.push(Group {
-        heading: data.points[0].keys(),
-        columns: data.points.iter().map(SweepPoint::short).collect(),
+        heading: data.points()[0].keys(),
+        columns: data.points().iter().map(Swept::short).collect(),
     });
     for scene in &data.scenes {
         for key in &spec.metrics {
             let metric = Metric::new(data, key);
-            let mut lines = lines_of(&data.labels);
-            for point in &data.points {
+            let mut lines = lines_of(data.labels());
+            for point in data.points() {
                 let column = column_of(data, (scene, point), &metric.column, &mut table.records);
                 for (line, (estimate, standing)) in lines.iter_mut().zip(column) {
                     line.cells
                         .push(ours(estimate.as_ref(), standing, &metric.style));
                 }
             }
-            for label in &data.labels {
+            for label in data.labels() {
                 let values = data
-                    .points
+                    .points()
                     .iter()
                     .map(|p| data.published(scene, (label, p), key));
                 let values: Vec<Option<f64>> = values.collect();
@@ -384,6 +391,21 @@ fn lines_of(labels: &[String]) -> Vec<Line> {
         .collect()
 }
 
+/// Over how many seeds the intervals of a table, called `interval`, are; or why there are none.
+pub(super) fn repeats_note(table: &Table, interval: &str) -> String {
+    let repeats = table
+        .records
+        .iter()
+        .filter_map(|r| r.estimate.as_ref())
+        .map(Estimate::repeats);
+    match repeats.fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n))) {
+        (_, 0) => "No finished job has these values.".to_owned(),
+        (_, 1) => "One run each; no interval.".to_owned(),
+        (a, b) if a == b => format!("{interval} over {b} seeds."),
+        (a, b) => format!("{interval} over {a} to {b} seeds."),
+    }
+}
+
 /// How to read the numbers: what is in the table decides what is said.
 pub(super) fn notes(data: &Data, table: &mut Table) {
     let cells: Vec<&Cell> = table
@@ -392,21 +414,7 @@ pub(super) fn notes(data: &Data, table: &mut Table) {
         .flat_map(|b| &b.lines)
         .flat_map(|l| &l.cells)
         .collect();
-    let repeats = table
-        .records
-        .iter()
-        .filter_map(|r| r.estimate.as_ref())
-        .map(Estimate::repeats);
-    let (least, most) = repeats.fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
-    let mut notes = Vec::new();
-    match (least, most) {
-        (_, 0) => notes.push("No finished job has these values.".to_owned()),
-        (_, 1) => notes.push("One run each; no interval.".to_owned()),
-        (a, b) if a == b => notes.push(format!("Mean ± 95 % confidence interval over {b} seeds.")),
-        (a, b) => notes.push(format!(
-            "Mean ± 95 % confidence interval over {a} to {b} seeds."
-        )),
-    }
+    let mut notes = vec![repeats_note(table, "Mean ± 95 % confidence interval")];
     if cells.iter().any(|c| c.standing == Standing::Best) {
         let tied = cells.iter().any(|c| c.standing == Standing::Tied);
         let tied = if tied {
@@ -427,11 +435,8 @@ pub(super) fn notes(data: &Data, table: &mut Table) {
             places.join(", ")
         ));
     }
-    if most > 0
-        && cells
-            .iter()
-            .any(|c| c.text == super::table::NOTHING && !c.published)
-    {
+    let empty = |c: &&Cell| c.text == super::table::NOTHING && !c.published;
+    if table.records.iter().any(|r| r.estimate.is_some()) && cells.iter().any(empty) {
         notes.push("—: no value (no such stage, or its job failed or has not run).".into());
     }
     table.notes = notes;

@@ -5,12 +5,12 @@ use std::io;
 use serde::Serialize;
 
 use super::canvas::painted;
-use super::column::Unit;
 use super::data::{Data, SceneOf};
 use super::escape;
 use super::number::{self, Style};
 use super::pictures::Pictures;
 use super::side_by_side::bright_end;
+use crate::experiment::Unit;
 use crate::image::{Image, Plane, to_display, write_png_coded};
 
 /// One scene's images, all of one size.

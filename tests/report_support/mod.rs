@@ -18,6 +18,7 @@ pub struct Folder {
 #[derive(Clone, Copy)]
 pub struct Which<'a> {
     pub scene: &'a str,
+    pub view: &'a str,
     pub label: &'a str,
     pub seed: u64,
     /// Swept records, if they are swept.
@@ -58,14 +59,14 @@ impl Folder {
             metres_per_unit: None,
             incomplete: false,
             id: lightbench::experiment::hash(&format!(
-                "{} {} {} {sweep:?}",
-                which.scene, which.label, which.seed
+                "{} {} {} {} {sweep:?}",
+                which.scene, which.view, which.label, which.seed
             )),
             scene: which.scene.into(),
             found: which.scene.into(),
             asked: which.scene.into(),
             paper: Some(which.scene.to_uppercase()),
-            view: "main".into(),
+            view: which.view.into(),
             transform: None,
             technique: "ambient-occlusion".into(),
             technique_parameters: toml::Table::new(),
@@ -102,7 +103,7 @@ impl Folder {
             rays: 288_000,
             shadow_rays: job.budget.count().unwrap_or_default() * 1024,
             lookups: 230_400,
-            bytes_cache: 5_300_000,
+            bytes_work: 5_300_000,
             seconds_total: 0.4,
             ..Row::default()
         };

@@ -1,0 +1,145 @@
+//! The cases of an experiment with the rows that are there: what tables, figures, claims and gates
+//! ask.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use super::case::{Case, NamedPlace, Place, Swept, name_places, place_named};
+use super::{Job, Row};
+
+/// Rows by case, beside what is expected: a case of the plan without a finished row has no data, it is
+/// not left out.
+#[derive(Clone, Debug, Default)]
+pub struct Cases {
+    pub rows: Vec<Row>,
+    /// In the order of the plan.
+    pub places: Vec<NamedPlace>,
+    /// In the order of the plan.
+    pub labels: Vec<String>,
+    /// Combinations of swept values, in the order of the plan; one empty one without a sweep.
+    pub points: Vec<Swept>,
+    /// Every seed that is expected of any case.
+    pub seeds: BTreeSet<u64>,
+    technique: String,
+    /// Indices of the finished rows by seed; empty for a case that has none.
+    finished: HashMap<Case, BTreeMap<u64, usize>>,
+}
+
+/// A text that rows carry in their notes, and the runs that it belongs to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RowNote {
+    pub text: String,
+    /// Scene and label of each run, once.
+    pub runs: Vec<String>,
+}
+
+impl Cases {
+    /// The cases of jobs, whether they have rows or not, and those of rows.
+    pub fn new(jobs: &[Job], rows: Vec<Row>) -> Self {
+        let of_jobs = jobs.iter().map(|j| (Case::of_job(j), j.seed, &j.paper));
+        let of_rows = rows.iter().map(|r| (Case::of_row(r), r.seed, &r.paper));
+        let expected: Vec<(Case, u64, &Option<String>)> = of_jobs.chain(of_rows).collect();
+        let places = expected
+            .iter()
+            .map(|(c, _, p)| (c.place.clone(), (*p).clone()));
+        let mut cases = Self {
+            places: name_places(places),
+            technique: expected
+                .first()
+                .map_or_else(String::new, |(case, ..)| case.technique.clone()),
+            ..Self::default()
+        };
+        for (case, seed, _) in expected {
+            if !cases.labels.contains(&case.label) {
+                cases.labels.push(case.label.clone());
+            }
+            if !cases.points.contains(&case.swept) {
+                cases.points.push(case.swept.clone());
+            }
+            cases.seeds.insert(seed);
+            cases.finished.entry(case).or_default();
+        }
+        if cases.points.is_empty() {
+            cases.points.push(Swept::default());
+        }
+        for (index, row) in rows.iter().enumerate().filter(|(_, row)| row.ok()) {
+            let of_case = cases.finished.entry(Case::of_row(row)).or_default();
+            of_case.entry(row.seed).or_insert(index);
+        }
+        cases.rows = rows;
+        cases
+    }
+
+    /// A contender at a place and a swept value.
+    pub fn case(&self, place: &Place, label: &str, swept: &Swept) -> Case {
+        Case {
+            place: place.clone(),
+            technique: self.technique.clone(),
+            label: label.to_owned(),
+            swept: swept.clone(),
+        }
+    }
+
+    /// Whether any contender was to run at a place and a swept value.
+    pub fn expects(&self, place: &Place, swept: &Swept) -> bool {
+        let known = |label: &String| self.finished.contains_key(&self.case(place, label, swept));
+        self.labels.iter().any(known)
+    }
+
+    /// The place that `LABEL@name` speaks of.
+    pub fn place(&self, name: &str) -> Option<&NamedPlace> {
+        place_named(&self.places, name)
+    }
+
+    /// What the place of a row is called.
+    pub fn name_of(&self, row: &Row) -> String {
+        let place = Case::of_row(row).place;
+        let named = self.places.iter().find(|named| named.place == place);
+        named.map_or(place.scene, |named| named.name.clone())
+    }
+
+    /// Finished rows of a case by their seeds.
+    pub fn rows_of(&self, case: &Case) -> impl Iterator<Item = &Row> {
+        let indices = self.finished.get(case).into_iter();
+        indices.flat_map(|seeds| seeds.values().map(|index| &self.rows[*index]))
+    }
+
+    /// A column of a finished row; `None` where it is missing or not finite.
+    pub fn value(&self, case: &Case, seed: u64, column: &str) -> Option<f64> {
+        let index = self.finished.get(case)?.get(&seed)?;
+        self.rows[*index].number(column).filter(|v| v.is_finite())
+    }
+
+    /// Jobs without a row.
+    pub fn missing<'a>(&self, jobs: &'a [Job]) -> Vec<&'a Job> {
+        let there: HashSet<&str> = self.rows.iter().map(|r| r.job.as_str()).collect();
+        let missing = |job: &&Job| !there.contains(job.id.as_str());
+        jobs.iter().filter(missing).collect()
+    }
+
+    /// Rows of jobs that failed.
+    pub fn failed(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| !row.ok())
+    }
+
+    /// What rows say was left out, replaced or fell short.
+    pub fn notes(&self) -> Vec<RowNote> {
+        let mut notes: Vec<RowNote> = Vec::new();
+        for row in &self.rows {
+            let run = format!("{} {}", self.name_of(row), row.label);
+            for text in &row.notes {
+                let known = notes.iter().position(|note| note.text == *text);
+                let index = known.unwrap_or(notes.len());
+                if known.is_none() {
+                    notes.push(RowNote {
+                        text: text.clone(),
+                        runs: Vec::new(),
+                    });
+                }
+                if !notes[index].runs.contains(&run) {
+                    notes[index].runs.push(run.clone());
+                }
+            }
+        }
+        notes
+    }
+}

@@ -1,0 +1,145 @@
+//! What methods find on the way.
+
+use super::{Cells, ColumnEntry, Unit};
+
+/// What methods find on the way and leave in `params`.
+pub const FOUND: &[ColumnEntry] = &[
+    found(
+        ("lights_in_time", "lights or samples"),
+        Unit::Count,
+        "lights or samples that a budget of seconds pays for",
+    ),
+    found(
+        ("reprojected", "reprojected"),
+        Unit::None,
+        "share of pixels that the frame before showed",
+    ),
+    found(("passes", "passes"), Unit::Count, "estimates of each pixel"),
+    found(
+        ("rays_of_records", "rays of records"),
+        Unit::Count,
+        "rays that the budget's records would take",
+    ),
+    found(
+        ("allowed_error", "allowed error"),
+        Unit::None,
+        "allowed error that gives the budget's records",
+    ),
+    found(
+        ("evaluated", "evaluated"),
+        Unit::Count,
+        "records that the search for the allowed error tried",
+    ),
+    found(
+        ("misses", "misses"),
+        Unit::Count,
+        "lookups that found no record",
+    ),
+    found(
+        ("threshold", "threshold"),
+        Unit::None,
+        "threshold of clusters, or of emissive texels",
+    ),
+    found(
+        ("clusters", "clusters"),
+        Unit::Count,
+        "clusters before they are brought to the budget",
+    ),
+    found(
+        ("min_cluster_size", "least cluster"),
+        Unit::Count,
+        "points of the least cluster that gets a record",
+    ),
+    found(
+        ("sigma_a_deg", "σ_a"),
+        Unit::None,
+        "angular threshold, degrees",
+    ),
+    found(
+        ("sigma_s", "σ_s"),
+        Unit::None,
+        "spatial threshold, scene units",
+    ),
+    found(
+        ("alpha", "α"),
+        Unit::None,
+        "growth of the spatial threshold with distance",
+    ),
+    found(
+        ("spatial_clusters", "spatial clusters"),
+        Unit::Count,
+        "clusters before they are split by angle",
+    ),
+    found(
+        ("adjusted", "adjusted"),
+        Unit::Count,
+        "records added to reach the budget",
+    ),
+    found(
+        ("proposals", "proposals"),
+        Unit::Count,
+        "pairs between which a record was proposed",
+    ),
+    found(
+        ("least_difference", "least difference"),
+        Unit::None,
+        "difference at the last proposal taken",
+    ),
+    found(
+        ("pairs", "pairs"),
+        Unit::Count,
+        "pairs of records that were compared",
+    ),
+    found(
+        ("by_importance", "by importance"),
+        Unit::Count,
+        "records that the map's importance placed",
+    ),
+    found(
+        ("by_gain", "by gain"),
+        Unit::Count,
+        "records that the expected gain placed",
+    ),
+    found(("modes", "modes"), Unit::Count, "modes of the map"),
+    found(
+        ("direct_lights", "direct lights"),
+        Unit::Count,
+        "lights on emissive texels",
+    ),
+    found(
+        ("indirect_lights", "indirect lights"),
+        Unit::Count,
+        "lights on the other texels",
+    ),
+    found(
+        ("emissive_texels", "emissive texels"),
+        Unit::Count,
+        "texels above the threshold",
+    ),
+    found(
+        ("k_means_rounds", "k-means rounds"),
+        Unit::Count,
+        "rounds until the clusters stay",
+    ),
+    found(
+        ("upsampling_fallbacks", "upsampling fallbacks"),
+        Unit::None,
+        "share of samples without a neighbour to upsample from",
+    ),
+];
+
+/// A number without a better way.
+const fn found(
+    (key, heading): (&'static str, &'static str),
+    unit: Unit,
+    meaning: &'static str,
+) -> ColumnEntry {
+    ColumnEntry {
+        key,
+        heading,
+        unit,
+        lower_is_better: None,
+        meaning,
+        cells: Cells::Found,
+    }
+}
