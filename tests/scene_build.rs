@@ -330,7 +330,7 @@ fn obj_files_bring_their_materials() {
             .as_str()
     };
     assert_eq!([name(0), name(1), name(2)], ["red", "lamp", "what"]);
-    assert_eq!(scene.report.notes.len(), 2, "{:?}", scene.report.notes);
+    assert_eq!(scene.report.notes.len(), 3, "{:?}", scene.report.notes);
     folder.write(
         "s/b.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl red\nf 1 3 2\nf 3 2 1\n",

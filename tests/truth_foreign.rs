@@ -31,7 +31,8 @@ fn scene(name: &str) -> Scene {
 fn theirs(name: &str) -> (Image, Image) {
     let mean = read(&file(&format!("{name}.exr"))).expect("an image");
     let error = read(&file(&format!("{name}.noise.exr"))).expect("an image");
-    (mean, error.map(|e| e.map(|e| e * e)))
+    // Where both see nothing but a constant sky only rounding differs.
+    (mean, error.map(|e| e.map(|e| e * e + 1e-10)))
 }
 
 fn check(name: &str, samples: u64) {

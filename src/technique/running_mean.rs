@@ -2,7 +2,7 @@
 //! showed of the same surface points.
 //!
 //! The surface at the centre of each pixel is looked up in the frame before: its point then is projected with the camera
-//! then, and the pixel found is taken if it showed a point nearby with a similar normal. The mean over frames is a
+//! then, and the pixel found is taken if it showed a point nearby with a similar normal; where no surface is seen, the pixel in that direction is taken. The mean over frames is a
 //! running one, `m ← m + (x − m)/n` with `n` counted up to the window, so that a still camera over a still
 //! scene gives the mean of all paths of the last frames.
 
@@ -189,16 +189,22 @@ impl RunningMean<'_> {
                         mean: value,
                         frames: 1.0,
                     };
-                    let Some(seen) = shot.look(caster, pixel as u32, 0) else {
-                        return now;
+                    let then = match shot.look(caster, pixel as u32, 0) {
+                        Some(seen) => {
+                            now.site = Some(seen.site);
+                            let nearby = self.parameters.tolerance * pixel_angle * seen.depth;
+                            let old = Site {
+                                position: shot.moment.before(&seen.hit),
+                                ..seen.site
+                            };
+                            before.and_then(|b| b.showing(&old, nearby))
+                        }
+                        None => {
+                            let direction = shot.camera_ray(pixel as u32, 0).direction;
+                            before.and_then(|b| b.open_towards(direction))
+                        }
                     };
-                    now.site = Some(seen.site);
-                    let nearby = self.parameters.tolerance * pixel_angle * seen.depth;
-                    let old = Site {
-                        position: shot.moment.before(&seen.hit),
-                        ..seen.site
-                    };
-                    if let Some(then) = before.and_then(|b| b.showing(&old, nearby)) {
+                    if let Some(then) = then {
                         now.frames = (then.frames + 1.0).min(self.parameters.window as f32);
                         let (mean, value) = (Vec3::from(then.mean), Vec3::from(value));
                         now.mean = (mean + (value - mean) / now.frames).into();
@@ -212,6 +218,15 @@ impl RunningMean<'_> {
 }
 
 impl History {
+    /// The pixel that looked in a direction, if it saw no surface.
+    fn open_towards(&self, direction: Vec3) -> Option<&Remembered> {
+        let [x, y] = self
+            .view
+            .project(self.view.origin + direction.as_dvec3(), self.size)?;
+        let pixel = &self.pixels[y as usize * self.size[0] + x as usize];
+        pixel.site.is_none().then_some(pixel)
+    }
+
     /// The pixel that showed a surface point, if its own lies within `nearby` (scene units).
     fn showing(&self, site: &Site, nearby: f32) -> Option<&Remembered> {
         let [x, y] = self.view.project(site.position.as_dvec3(), self.size)?;

@@ -138,7 +138,8 @@ mod tests {
         let names: Vec<&str> = stages.0.iter().map(|stage| stage.name).collect();
         assert_eq!(names, ["a", "b"]);
         let a = stages.0[0].seconds;
-        assert!(a.wall > 0.0 && a.serial <= a.cpu + 1e-6, "{a:?}");
+        // The two clocks are not read at the same moment.
+        assert!(a.wall > 0.0 && a.serial <= a.cpu + 1e-3, "{a:?}");
         assert!(stages.total().wall >= a.wall);
     }
 }
