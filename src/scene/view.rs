@@ -80,13 +80,11 @@ impl View {
         let [tx, ty] = self.half_tangents(size[0], size[1]);
         let away = point - self.origin;
         let depth = away.dot(self.forward);
-        if !(depth > 0.0) {
-            return None;
-        }
         let [width, height] = size.map(|side| side as f64);
         let x = 0.5 * width * (1.0 + away.dot(self.right) / (depth * tx));
         let y = 0.5 * height * (1.0 - away.dot(self.up) / (depth * ty));
-        let inside = (0.0..width).contains(&x) && (0.0..height).contains(&y);
+        // False for what is not a number as well.
+        let inside = depth > 0.0 && (0.0..width).contains(&x) && (0.0..height).contains(&y);
         inside.then_some([x, y])
     }
 

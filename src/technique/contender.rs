@@ -61,11 +61,15 @@ pub struct Started<'a> {
     pub contender: Box<dyn Contender + 'a>,
 }
 
+/// Builds a contender of technique `T` from its parameters.
+pub type Start<T> =
+    for<'a> fn(&'a T, &Table, Terms) -> Result<Box<dyn Contender + 'a>, ParameterError>;
+
 /// A contender as its technique `T` lists it.
 pub struct ContenderEntry<T: ?Sized + 'static> {
     pub about: About,
     /// Builds it from its parameters, which were checked to be declared; no ray is cast yet.
-    pub start: for<'a> fn(&'a T, &Table, Terms) -> Result<Box<dyn Contender + 'a>, ParameterError>,
+    pub start: Start<T>,
 }
 
 impl<T: ?Sized> ContenderEntry<T> {
