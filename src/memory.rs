@@ -3,10 +3,10 @@
 /// Moves the items into memory of exactly their size that is asked to be in huge pages: a visit of a
 /// large tree otherwise often waits for the address of a page before it waits for the page.
 #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
-pub fn settled<T>(items: Vec<T>) -> Vec<T> {
-    let mut settled = room_for(items.len());
-    settled.extend(items);
-    settled
+pub fn in_huge_pages<T>(items: Vec<T>) -> Vec<T> {
+    let mut moved = room_for(items.len());
+    moved.extend(items);
+    moved
 }
 
 /// An empty vector with room for `count` items, in huge pages if they are many.

@@ -3,7 +3,7 @@
 mod budget;
 mod case;
 mod cases;
-mod caught;
+
 mod check;
 mod claim;
 mod columns;
@@ -14,6 +14,7 @@ mod identity;
 mod light_files;
 mod locate;
 mod overrides;
+mod panics;
 mod plan;
 mod progress;
 mod provenance;

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::caught::caught;
 use super::light_files::write_lights;
+use super::panics::with_panics_as_errors;
 use super::provenance::{self, Provenance};
 use super::reference::{Reference, ReferenceStore};
 use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
@@ -145,10 +145,11 @@ impl Runner {
         self.progress.stage(&format!("{}: loading", jobs[0].scene));
         let held_before = memory::held();
         self.scene_notes.clear();
-        let mut world = match caught(|| self.load(jobs[0]).map_err(|e| e.to_string())) {
-            Ok(world) => world,
-            Err(reason) => return self.fail(jobs, &reason, fail_fast),
-        };
+        let mut world =
+            match with_panics_as_errors(|| self.load(jobs[0]).map_err(|e| e.to_string())) {
+                Ok(world) => world,
+                Err(reason) => return self.fail(jobs, &reason, fail_fast),
+            };
         let moment = world.at(0.0);
         self.bytes_scene = memory::held().saturating_sub(held_before) as u64;
         self.scene_notes = moment.scene.report.sentences();
@@ -192,7 +193,7 @@ impl Runner {
                 .time("references", obtain)
                 .map_err(|e| e.to_string())
         };
-        let reference = match caught(obtain) {
+        let reference = match with_panics_as_errors(obtain) {
             Ok(reference) => reference,
             Err(reason) => return self.fail(jobs, &format!("no reference: {reason}"), fail_fast),
         };
@@ -296,7 +297,7 @@ impl Runner {
             Budget::Caches(count) | Budget::Lights(count) | Budget::Samples(count) => render(count),
             Budget::Seconds(seconds) => equal_time::render_within(seconds, render),
         };
-        let result = caught(render).and_then(|rendered| {
+        let result = with_panics_as_errors(render).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total().wall;
             self.progress.spend("not charged", uncharged);
             self.progress

@@ -1,7 +1,7 @@
 //! Many rays of one origin, 64 at a time: a tile of neighbouring directions descends the tree
 //! together, so that nodes and triangles are fetched and prepared once for all of them.
 //!
-//! - A stack entry is a child with a mask of the rays that enter it; rays that are settled meanwhile
+//! - A stack entry is a child with a mask of the rays that enter it; rays that are answered meanwhile
 //!   drop out when it is popped.
 //! - A node's boxes, taken relative to the origin, are first culled at once against the cone
 //!   around the tile (its slopes along the main axis) and against `t_max`; each box left is tested

@@ -21,7 +21,7 @@ use super::binary::BinaryNode;
 use super::lanes::{Floats, MOST_LANES};
 use super::soup::Soup;
 use super::wide::{Block, CHILDREN_ROW, IDS_ROW, LEAF, Line, Node, WideTree};
-use crate::memory::settled;
+use crate::memory::in_huge_pages;
 
 /// Cost of a block of triangles in units of a node. Anything between 0.4 and 1.2 does as well.
 const BLOCK_COST: f32 = 0.8;
@@ -54,7 +54,7 @@ pub fn collapse<F: Floats, const TIGHT: bool>(
     let (lines, stack_entries) = emit::<F>(&Plan::new(tree, F::LANES, area), rows);
     WideTree {
         present,
-        lines: settled(lines),
+        lines: in_huge_pages(lines),
         stack_entries,
     }
 }

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The result of `work`, or what its panic said. What `work` was changing is not to be used again.
-pub fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+pub fn with_panics_as_errors<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let text = panic
             .downcast_ref::<&str>()
@@ -18,14 +18,18 @@ pub fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> 
 mod tests {
     use rayon::prelude::*;
 
-    use super::caught;
+    use super::with_panics_as_errors;
 
     #[test]
     fn panics_of_any_thread_become_reasons() {
-        assert_eq!(caught(|| Ok(3)), Ok(3));
-        assert_eq!(caught::<()>(|| Err("no".into())), Err("no".into()));
+        assert_eq!(with_panics_as_errors(|| Ok(3)), Ok(3));
+        assert_eq!(
+            with_panics_as_errors::<()>(|| Err("no".into())),
+            Err("no".into())
+        );
         let numbers = [1usize, 2, 3];
-        let failed = caught(|| Ok(numbers.par_iter().map(|&i| numbers[i]).sum::<usize>()));
+        let failed =
+            with_panics_as_errors(|| Ok(numbers.par_iter().map(|&i| numbers[i]).sum::<usize>()));
         let reason = failed.expect_err("index 3 is out of bounds");
         assert!(reason.contains("index"), "{reason}");
     }
