@@ -40,8 +40,10 @@ pub trait Contender: Send {
     /// What went into one pixel (row-major index) of a shot, a line each.
     ///
     /// # Errors
-    /// A sentence, for contenders that cannot tell.
-    fn replay(&mut self, shot: &Shot, pixel: u32) -> Result<Vec<String>, String>;
+    /// A sentence, for contenders that cannot tell: the default.
+    fn replay(&mut self, _shot: &Shot, _pixel: u32) -> Result<Vec<String>, String> {
+        Err("this method keeps nothing of a pixel to replay".into())
+    }
 }
 
 /// What a contender is granted for a job.

@@ -39,10 +39,6 @@ impl Contender for PathSamples<'_> {
         };
         Ok(shots.iter().map(render).collect())
     }
-
-    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
-        Err(format!("{} has no records to replay", ENTRY.about.id))
-    }
 }
 
 /// The mean of `count` paths through each pixel, from number `first` on.

@@ -71,10 +71,6 @@ impl Contender for PerSample<'_> {
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
         Ok(shots.iter().map(|shot| self.render(shot)).collect())
     }
-
-    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
-        Err(format!("{} has no records to replay", PER_SAMPLE.about.id))
-    }
 }
 
 impl PerSample<'_> {

@@ -126,10 +126,6 @@ impl Contender for RunningMean<'_> {
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
         Ok(shots.iter().map(|shot| self.shot(shot)).collect())
     }
-
-    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
-        Err(format!("{} has no records to replay", ENTRY.about.id))
-    }
 }
 
 impl RunningMean<'_> {

@@ -115,10 +115,6 @@ impl Contender for Job<'_> {
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
         Ok(shots.iter().map(|shot| self.render(shot)).collect())
     }
-
-    fn replay(&mut self, _: &Shot, _: u32) -> Result<Vec<String>, String> {
-        Err(format!("{} has no pixel to replay", ENTRY.about.id))
-    }
 }
 
 impl Job<'_> {
