@@ -1,6 +1,7 @@
 //! The shading points of an image: one primary hit at each pixel's centre, in structure of arrays.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::trace::Hit;
 
@@ -65,7 +66,7 @@ impl ShadingPoints {
     /// the processor's caches.
     pub fn sort_by_block(&self, points: &mut [u32]) {
         const BLOCK: usize = 32;
-        points.sort_unstable_by_key(|&point| {
+        points.par_sort_unstable_by_key(|&point| {
             let pixel = self.pixel[point as usize] as usize;
             let (x, y) = (pixel % self.width, pixel / self.width);
             (y / BLOCK, x / BLOCK, point)
@@ -73,11 +74,11 @@ impl ShadingPoints {
     }
 
     /// Values by point as a picture, 0 where there is none.
-    pub fn picture(&self, value: impl Fn(usize) -> f32) -> Vec<f32> {
+    pub fn picture(&self, value: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
         let of_pixel = |&point: &u32| match point {
             NO_POINT => 0.0,
             point => value(point as usize),
         };
-        self.point_of_pixel.iter().map(of_pixel).collect()
+        self.point_of_pixel.par_iter().map(of_pixel).collect()
     }
 }

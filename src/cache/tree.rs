@@ -70,7 +70,7 @@ impl RecordTree {
     /// Leaves out records with a position or normal that is not finite.
     pub fn new(positions: &[Vec3], normals: &[Vec3]) -> Self {
         let mut items: Vec<(Vec3A, u32)> = positions
-            .iter()
+            .par_iter()
             .zip(normals)
             .enumerate()
             .filter(|(_, (p, n))| p.is_finite() && n.is_finite())
@@ -91,12 +91,12 @@ impl RecordTree {
         let mut tree = Self {
             boxes: Vec::new(),
             leaves,
-            position: items.iter().map(|item| item.0).collect(),
+            position: items.par_iter().map(|item| item.0).collect(),
             normal: items
-                .iter()
+                .par_iter()
                 .map(|item| normals[item.1 as usize].into())
                 .collect(),
-            record: items.iter().map(|item| item.1).collect(),
+            record: items.par_iter().map(|item| item.1).collect(),
         };
         tree.boxes = tree.bound();
         tree

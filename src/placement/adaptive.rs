@@ -158,9 +158,9 @@ impl Adaptive {
         };
         let ordered = |i: u32, k: u32| (i.min(k), i.max(k));
         let mut all: Vec<(u32, u32)> = near
-            .iter()
+            .par_iter()
             .enumerate()
-            .flat_map(|(i, near)| near.iter().map(move |&k| ordered(i as u32, k)))
+            .flat_map_iter(|(i, near)| near.iter().map(move |&k| ordered(i as u32, k)))
             .collect();
         all.par_sort_unstable();
         all.dedup();
@@ -227,7 +227,7 @@ fn propose(
             [a, b].map(|r| input.sites[r as usize] as usize)
         };
         let (p, n): (Vec<Vec3>, Vec<Vec3>) = batch
-            .iter()
+            .par_iter()
             .map(|pair| {
                 let [a, b] = ends(pair);
                 let middle = 0.5 * (points.position[a] + points.position[b]);

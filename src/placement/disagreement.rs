@@ -59,6 +59,7 @@ impl<'a> Disagreement<'a> {
             (x + y).is_multiple_of(2)
         };
         let probes: Vec<u32> = (0..points.len() as u32)
+            .into_par_iter()
             .filter(|&point| is_white(points.pixel[point as usize]))
             .collect();
         let mut probe_of_pixel = vec![NO_POINT; points.point_of_pixel.len()];
@@ -66,7 +67,10 @@ impl<'a> Disagreement<'a> {
             probe_of_pixel[points.pixel[point as usize] as usize] = probe as u32;
         }
         let of_probes = |values: &[Vec3]| -> Vec<Vec3> {
-            probes.iter().map(|&point| values[point as usize]).collect()
+            probes
+                .par_iter()
+                .map(|&point| values[point as usize])
+                .collect()
         };
         let (positions, normals) = (of_probes(&points.position), of_probes(&points.normal));
         let nearest = input.search.map(&positions, &normals, |_, found| {
@@ -238,7 +242,7 @@ impl<'a> Disagreement<'a> {
             .filter(|(gain, _)| *gain > 0.0)
             .collect();
         gains.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        gains.into_iter().map(|(_, point)| point).collect()
+        gains.into_par_iter().map(|(_, point)| point).collect()
     }
 
     /// Summed variance of the window around each pixel.
@@ -301,10 +305,19 @@ impl<'a> Disagreement<'a> {
 /// A positive number that at least `most` of the values reach, and as few more as its 16 leading bits can
 /// tell; least of all if fewer are positive.
 fn threshold(values: &[f32], most: usize) -> f32 {
-    let mut counts = vec![0u32; 1 << 16];
-    for value in values {
-        counts[(value.to_bits() >> 16) as usize] += 1;
-    }
+    let count = |values: &[f32]| {
+        let mut counts = vec![0u32; 1 << 16];
+        for value in values {
+            counts[(value.to_bits() >> 16) as usize] += 1;
+        }
+        counts
+    };
+    let add = |mut sum: Vec<u32>, other: Vec<u32>| {
+        sum.iter_mut().zip(other).for_each(|(a, b)| *a += b);
+        sum
+    };
+    let parts = values.par_chunks(1 << 18).map(count);
+    let counts = parts.reduce(|| vec![0; 1 << 16], add);
     let mut above = 0;
     for bin in (1..0x7f80).rev() {
         above += counts[bin] as usize;

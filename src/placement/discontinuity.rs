@@ -14,6 +14,8 @@ use crate::sample::Rng;
 const RADIUS: usize = 2;
 /// Draws of taken pixels in a row after which the tables are built anew.
 const PATIENCE: usize = 20;
+/// Most draws that are looked up together.
+const BATCH: usize = 1 << 13;
 
 /// Which terms make the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,7 +137,7 @@ pub(super) fn draw(
     let mut free = vec![false; points.len()];
     usable(points).iter().for_each(|&i| free[i as usize] = true);
     input.sites.iter().for_each(|&i| free[i as usize] = false);
-    let values = map.iter_mut().zip(&free);
+    let values = map.par_iter_mut().zip(&free);
     values.for_each(|(value, &free)| *value = if free { *value } else { 0.0 });
     let positive = map.par_iter().filter(|&&v| v > 0.0).count();
     let mut drawn = Vec::with_capacity(count);
@@ -170,13 +172,28 @@ fn draw_until_tired(
 ) {
     let mut rejected = 0;
     while drawn.len() < count && rejected < PATIENCE {
-        let point = tables.sample(rng.next_f64(), rng.next_f64()) as usize;
-        if map[point] > 0.0 {
-            map[point] = 0.0;
-            drawn.push(point as u32);
-            rejected = 0;
-        } else {
-            rejected += 1;
+        // All threads look up where the next draws fall; they are taken one after another.
+        let mut ahead = rng.clone();
+        let draws: Vec<[f64; 2]> = (drawn.len()..count.min(drawn.len() + BATCH))
+            .map(|_| [ahead.next_f64(), ahead.next_f64()])
+            .collect();
+        let points: Vec<u32> = draws
+            .par_iter()
+            .map(|&[u, v]| tables.sample(u, v))
+            .collect();
+        for point in points {
+            rng.next_f64();
+            rng.next_f64();
+            if map[point as usize] > 0.0 {
+                map[point as usize] = 0.0;
+                drawn.push(point);
+                rejected = 0;
+            } else {
+                rejected += 1;
+            }
+            if rejected == PATIENCE {
+                return;
+            }
         }
     }
 }
@@ -193,26 +210,36 @@ struct Tables {
 
 impl Tables {
     fn new(points: &ShadingPoints, map: &[f32]) -> Self {
-        let row_of = |point: usize| points.pixel[point] as usize / points.width.max(1);
-        let mut starts = vec![points.len(); points.height + 1];
-        for point in (0..points.len()).rev() {
-            starts[row_of(point)] = point;
-        }
-        for row in (0..points.height).rev() {
-            starts[row] = starts[row].min(starts[row + 1]);
-        }
-        let mut within_row: Vec<f64> = map.iter().map(|&v| f64::from(v)).collect();
-        let mut rows = Vec::with_capacity(points.height);
-        let mut total = 0.0;
+        // Points lie row after row.
+        let before_row = |row: usize| {
+            let first_pixel = row * points.width;
+            points
+                .pixel
+                .partition_point(|&pixel| (pixel as usize) < first_pixel)
+        };
+        let starts: Vec<usize> = (0..=points.height).map(before_row).collect();
+        let mut within_row: Vec<f64> = map.par_iter().map(|&v| f64::from(v)).collect();
+        let (mut own, mut rest) = (Vec::with_capacity(points.height), &mut within_row[..]);
         for row in starts.windows(2) {
+            let (values, tail) = rest.split_at_mut(row[1] - row[0]);
+            own.push(values);
+            rest = tail;
+        }
+        let sum_up = |values: &mut [f64]| {
             let mut sum = 0.0;
-            for value in &mut within_row[row[0]..row[1]] {
+            for value in values {
                 sum += *value;
                 *value = sum;
             }
+            sum
+        };
+        let sums: Vec<f64> = own.into_par_iter().map(sum_up).collect();
+        let mut total = 0.0;
+        let rows = sums.iter().map(|sum| {
             total += sum;
-            rows.push(total);
-        }
+            total
+        });
+        let rows = rows.collect();
         Self {
             within_row,
             rows,

@@ -19,14 +19,15 @@
 //! then within the intervals of discontinuity-guided sampling, its FLIP mostly a little above
 //! (`configs/own/importance.toml`): no reason to use it there.
 
+use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::disagreement::Disagreement;
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement, check, check_number};
-use crate::cache::ShadingPoints;
 use crate::cache::interpolation::gradient;
+use crate::cache::{NO_POINT, ShadingPoints};
 use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
 use crate::placement::RefinementEntry;
 use crate::sample::Rng;
@@ -152,6 +153,8 @@ impl Refinement for ErrorGuided {
 
 /// Points that are considered for each record that is wanted.
 const CONSIDERED: usize = 64;
+/// Candidates that all threads look at before those that fit are chosen one after another.
+const BATCH: usize = 1 << 13;
 
 /// The first `count` free points of an order, none within `spacing` pixels (Chebyshev) of another; the
 /// spacing is halved while they are too few. They are free no longer.
@@ -161,31 +164,82 @@ fn spaced(
     (count, spacing): (usize, f64),
 ) -> Vec<u32> {
     let mut chosen = Vec::with_capacity(count);
-    let mut near = vec![false; points.point_of_pixel.len()];
     let mut reach = spacing as usize;
     while chosen.len() < count {
-        for &point in order {
-            let pixel = points.pixel[point as usize] as usize;
+        let mut grid = SpacedGrid::new(points, reach);
+        chosen.iter().for_each(|&point| grid.enter(point));
+        for batch in order.chunks(BATCH) {
+            // Most candidates are too near to one that was chosen long ago: all threads sort them out.
+            let fits = |grid: &SpacedGrid, point: u32| free[point as usize] && grid.has_room(point);
+            let batch = batch.par_iter().copied();
+            let candidates: Vec<u32> = batch.filter(|&p| fits(&grid, p)).collect();
+            for point in candidates {
+                if chosen.len() < count && grid.has_room(point) {
+                    free[point as usize] = false;
+                    chosen.push(point);
+                    grid.enter(point);
+                }
+            }
             if chosen.len() == count {
                 break;
-            }
-            if free[point as usize] && !near[pixel] {
-                free[point as usize] = false;
-                chosen.push(point);
-                each_pixel_around(points, (pixel, reach), |q| near[q] = true);
             }
         }
         if reach == 0 {
             break;
         }
         reach /= 2;
-        near.fill(false);
-        for &point in &chosen {
-            let pixel = points.pixel[point as usize] as usize;
-            each_pixel_around(points, (pixel, reach), |q| near[q] = true);
-        }
     }
     chosen
+}
+
+/// Chosen points no nearer to each other than a distance, so that each cell of a grid holds at most one.
+struct SpacedGrid<'a> {
+    points: &'a ShadingPoints,
+    /// Points at most so many pixels apart (Chebyshev) are too near; a cell is a pixel wider.
+    reach: usize,
+    columns: usize,
+    /// The pixel of the point in each cell, or [`NO_POINT`].
+    cells: Vec<u32>,
+}
+
+impl<'a> SpacedGrid<'a> {
+    fn new(points: &'a ShadingPoints, reach: usize) -> Self {
+        let cells_across = |pixels: usize| pixels.div_ceil(reach + 1);
+        let columns = cells_across(points.width);
+        Self {
+            points,
+            reach,
+            columns,
+            cells: vec![NO_POINT; columns * cells_across(points.height)],
+        }
+    }
+
+    fn place(&self, pixel: u32) -> (usize, usize) {
+        let pixel = pixel as usize;
+        (pixel % self.points.width, pixel / self.points.width)
+    }
+
+    fn enter(&mut self, point: u32) {
+        let pixel = self.points.pixel[point as usize];
+        let (x, y) = self.place(pixel);
+        let side = self.reach + 1;
+        self.cells[y / side * self.columns + x / side] = pixel;
+    }
+
+    /// Whether no chosen point is too near.
+    fn has_room(&self, point: u32) -> bool {
+        let (x, y) = self.place(self.points.pixel[point as usize]);
+        let side = self.reach + 1;
+        let (column, row) = (x / side, y / side);
+        let rows = self.cells.chunks_exact(self.columns);
+        let near = rows.skip(row.saturating_sub(1)).take(row.min(1) + 2);
+        near.flat_map(|row| &row[column.saturating_sub(1)..(column + 2).min(self.columns)])
+            .filter(|&&pixel| pixel != NO_POINT)
+            .all(|&pixel| {
+                let (u, v) = self.place(pixel);
+                u.abs_diff(x) > self.reach || v.abs_diff(y) > self.reach
+            })
+    }
 }
 
 /// The pixels of the square of `reach` pixels around one, clipped by the film.

@@ -5,7 +5,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::partition::{Coordinates, halve, is_large, partition, partition_large};
+use super::partition::{
+    Coordinates, PART, halve, is_large, is_shared, partition, partition_large, partition_shared,
+};
 
 /// Nodes with more members than this grow their halves in parallel.
 const PARALLEL: usize = 1 << 15;
@@ -24,10 +26,12 @@ pub(super) struct Split {
 pub(super) trait Measure: Sync {
     type Member: Coordinates;
     /// What is known of the members seen so far.
-    type Summary: Copy + Send;
+    type Summary: Copy + Send + Sync;
 
     fn nothing(&self) -> Self::Summary;
     fn add(&self, summary: &mut Self::Summary, member: &Self::Member);
+    /// Adds what is known of other members.
+    fn join(&self, summary: &mut Self::Summary, other: &Self::Summary);
     /// The split of `count` members.
     fn split(&self, summary: &Self::Summary, count: usize) -> Split;
 }
@@ -52,6 +56,15 @@ impl Node {
 
     pub fn len(&self) -> usize {
         self.range().len()
+    }
+
+    /// The same node where all nodes lie `offset` places later.
+    fn moved(self, offset: u32) -> Self {
+        let children = match self.children {
+            0 => 0,
+            first => first + offset,
+        };
+        Self { children, ..self }
     }
 }
 
@@ -114,16 +127,20 @@ impl<F: Measure> Hierarchy<F> {
     }
 
     fn largest_open(&self) -> f32 {
-        let open = self.nodes.iter().filter(|n| self.open(n));
-        open.map(|n| n.size).fold(0.0, f32::max)
+        let open = self.nodes.par_iter().with_min_len(PARALLEL);
+        let sizes = open.filter(|n| self.open(n)).map(|n| n.size);
+        sizes.reduce(|| 0.0, f32::max)
     }
 
     /// Splits every node that is larger than `threshold`.
     fn grow(&mut self, threshold: f32) {
-        let mut open: Vec<usize> = (0..self.nodes.len())
-            .filter(|&i| self.open(&self.nodes[i]) && self.nodes[i].size > threshold)
+        let nodes = &self.nodes;
+        let mut open: Vec<usize> = (0..nodes.len())
+            .into_par_iter()
+            .with_min_len(PARALLEL)
+            .filter(|&i| self.open(&nodes[i]) && nodes[i].size > threshold)
             .collect();
-        open.sort_unstable_by_key(|&i| self.nodes[i].begin);
+        open.par_sort_unstable_by_key(|&i| nodes[i].begin);
         let mut tasks = Vec::with_capacity(open.len());
         let (mut rest, mut start) = (&mut self.members[..], 0);
         for i in open {
@@ -138,10 +155,32 @@ impl<F: Measure> Hierarchy<F> {
             .into_par_iter()
             .map(|(i, node, own)| (i, growth.below(node, own, threshold)))
             .collect();
+        self.append_all(&grown);
+    }
+
+    /// Appends what grew below each node.
+    fn append_all(&mut self, grown: &[(usize, Vec<Node>)]) {
+        let before = self.nodes.len();
+        let mut after = before;
         for (i, below) in grown {
-            self.nodes[i].children = self.nodes.len() as u32;
-            append(&mut self.nodes, &below);
+            self.nodes[*i].children = after as u32;
+            after += below.len();
         }
+        let unused = self.nodes[0];
+        self.nodes.resize(after, unused);
+        let mut places = Vec::with_capacity(grown.len());
+        let (mut rest, mut start) = (&mut self.nodes[before..], before);
+        for (_, below) in grown {
+            let (own, tail) = rest.split_at_mut(below.len());
+            places.push((start, own));
+            (rest, start) = (tail, start + below.len());
+        }
+        let copy = |((start, own), (_, below)): ((usize, &mut [Node]), &(usize, Vec<Node>))| {
+            let moved = below.iter().map(|node| node.moved(start as u32));
+            own.iter_mut().zip(moved).for_each(|(to, from)| *to = from);
+        };
+        let places = places.into_par_iter().zip(grown);
+        places.with_min_len(64).for_each(copy);
     }
 
     /// The nodes that a threshold cuts open in descending size, parents before children; at most
@@ -179,10 +218,21 @@ impl<F: Measure> Hierarchy<F> {
 
 impl<F: Measure> Growth<F> {
     fn summary(&self, members: &[F::Member]) -> F::Summary {
+        let of = |members: &[F::Member]| {
+            let mut summary = self.measure.nothing();
+            members
+                .iter()
+                .for_each(|member| self.measure.add(&mut summary, member));
+            summary
+        };
+        if !is_shared(members) {
+            return of(members);
+        }
+        let parts: Vec<F::Summary> = members.par_chunks(PART).map(of).collect();
         let mut summary = self.measure.nothing();
-        members
+        parts
             .iter()
-            .for_each(|member| self.measure.add(&mut summary, member));
+            .for_each(|part| self.measure.join(&mut summary, part));
         summary
     }
 
@@ -201,6 +251,7 @@ impl<F: Measure> Growth<F> {
     /// of both.
     fn halves(&self, split: Split, members: &mut [F::Member]) -> (usize, [F::Summary; 2]) {
         let middle = match split.plane {
+            Some(plane) if is_shared(members) => partition_shared(members, (split.axis, plane)),
             Some(plane) if is_large(members) => {
                 let add = |summary: &mut F::Summary, member: &F::Member| {
                     self.measure.add(summary, member);
@@ -264,12 +315,5 @@ impl<F: Measure> Growth<F> {
 /// child index 0 always means a leaf.
 fn append(nodes: &mut Vec<Node>, below: &[Node]) {
     let offset = nodes.len() as u32;
-    nodes.extend(below.iter().map(|node| Node {
-        children: if node.children == 0 {
-            0
-        } else {
-            node.children + offset
-        },
-        ..*node
-    }));
+    nodes.extend(below.iter().map(|node| node.moved(offset)));
 }

@@ -122,7 +122,7 @@ pub(super) fn usable(points: &ShadingPoints) -> Vec<u32> {
         && finite(&points.normal, |v| v.is_finite())
         && finite(&points.depth, |d| d.is_finite())
     {
-        return all.collect();
+        return all.into_par_iter().collect();
     }
     all.into_par_iter()
         .filter(|&i| {
@@ -184,6 +184,14 @@ impl<const LANES: usize> Bounds<LANES> {
             let (min, max) = (&mut self.min[lane], &mut self.max[lane]);
             *min = if value < *min { value } else { *min };
             *max = if value > *max { value } else { *max };
+        }
+    }
+
+    /// Grows to hold the other box.
+    pub fn join(&mut self, other: &Self) {
+        for lane in 0..LANES {
+            self.min[lane] = self.min[lane].min(other.min[lane]);
+            self.max[lane] = self.max[lane].max(other.max[lane]);
         }
     }
 

@@ -1,7 +1,13 @@
 //! Splitting the members of a cluster in two, in place.
 
+use rayon::prelude::*;
+
 /// Clusters of this many members fit a core's cache.
 const CACHED: usize = 1 << 14;
+/// Clusters of more members are split by all threads.
+const SHARED: usize = 1 << 17;
+/// Members that one thread looks at in a row, where all threads look.
+pub(super) const PART: usize = 1 << 14;
 
 /// A member that can be split along axes.
 pub(super) trait Coordinates: Copy + Send + Sync {
@@ -13,6 +19,11 @@ pub(super) trait Coordinates: Copy + Send + Sync {
 /// Whether [`partition_large`] is the faster way.
 pub(super) fn is_large<M>(members: &[M]) -> bool {
     members.len() > CACHED
+}
+
+/// Whether [`partition_shared`] is the faster way.
+pub(super) fn is_shared<M>(members: &[M]) -> bool {
+    members.len() > SHARED
 }
 
 /// Moves members below `plane` to the front and returns how many there are.
@@ -58,6 +69,49 @@ pub(super) fn partition_large<M: Coordinates, S>(
     }
 }
 
+/// As [`partition_large`], by all threads and without summaries: the members end in the same order, since the first
+/// member on the wrong side always changes places with the last one.
+pub(super) fn partition_shared<M: Coordinates>(
+    members: &mut [M],
+    (axis, plane): (usize, f32),
+) -> usize {
+    let is_below = |member: &M| member.coordinate(axis) < plane;
+    let parts = members.par_chunks(PART);
+    let below: usize = parts
+        .map(|part| part.iter().filter(|m| is_below(m)).count())
+        .sum();
+    let misplaced = |side: &[M], wanted: bool| -> Vec<u32> {
+        let parts = side.par_chunks(PART).enumerate();
+        parts
+            .flat_map_iter(|(part, own)| {
+                let wrong = move |&(_, m): &(usize, &M)| is_below(m) != wanted;
+                let place = move |(i, _)| (part * PART + i) as u32;
+                own.iter().enumerate().filter(wrong).map(place)
+            })
+            .collect()
+    };
+    let (low, high) = members.split_at_mut(below);
+    let too_high = misplaced(low, true);
+    let too_low = misplaced(high, false);
+    let going_down: Vec<M> = too_low.par_iter().map(|&i| high[i as usize]).collect();
+    let going_up: Vec<M> = too_high.par_iter().map(|&i| low[i as usize]).collect();
+    put(low, &too_high, |i| going_down[going_down.len() - 1 - i]);
+    put(high, &too_low, |i| going_up[going_up.len() - 1 - i]);
+    below
+}
+
+/// Puts `member(i)` at the `i`-th of ascending places.
+fn put<M: Coordinates>(members: &mut [M], places: &[u32], member: impl Fn(usize) -> M + Sync) {
+    let parts = members.par_chunks_mut(PART).enumerate();
+    parts.for_each(|(part, own)| {
+        let start = part * PART;
+        let before = |end: usize| places.partition_point(|&place| (place as usize) < end);
+        for i in before(start)..before(start + own.len()) {
+            own[places[i] as usize - start] = member(i);
+        }
+    });
+}
+
 /// Moves the lower half along an axis to the front and returns its size.
 pub(super) fn halve<M: Coordinates>(members: &mut [M], axis: usize) -> usize {
     let middle = members.len() / 2;
@@ -66,4 +120,38 @@ pub(super) fn halve<M: Coordinates>(members: &mut [M], axis: usize) -> usize {
         order.then(a.index().cmp(&b.index()))
     });
     middle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::placement::members::Spot;
+    use crate::sample::Rng;
+
+    #[test]
+    fn all_threads_leave_the_order_of_one() {
+        let mut rng = Rng::new(7, 0, 0, 0);
+        for (count, plane) in [
+            (3 * PART + 5, 0.5),
+            (2 * PART, 0.01),
+            (PART + 1, 0.0),
+            (70_000, 1.0),
+        ] {
+            let spot = |index| Spot {
+                lanes: [rng.next_f32(), 0.0, 0.0, 0.0],
+                index,
+            };
+            let mut alone: Vec<Spot> = (0..count as u32).map(spot).collect();
+            let mut shared = alone.clone();
+            let none = ([(); 2], |(): &mut (), _: &Spot| ());
+            let (below, _) = partition_large(&mut alone, (0, plane), none.0, none.1);
+            assert_eq!(partition_shared(&mut shared, (0, plane)), below);
+            let order = |spots: &[Spot]| spots.iter().map(|s| s.index).collect::<Vec<_>>();
+            assert_eq!(
+                order(&alone),
+                order(&shared),
+                "{count} members, plane {plane}"
+            );
+        }
+    }
 }

@@ -211,10 +211,11 @@ impl SpatialDirectional {
     }
 
     fn scale(&self, points: &ShadingPoints, usable: &[u32]) -> f32 {
-        let positions = usable.iter().map(|&i| points.position[i as usize]);
-        let (low, high) = positions.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+        let positions = usable.par_iter().map(|&i| points.position[i as usize]);
+        let (low, high) = positions.map(|p| (p, p)).reduce(
+            || (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        );
         let side = (high - low).as_dvec3();
         let size = match self.normal_scale {
             NormalScale::MeanSide => side.element_sum() / 3.0,
@@ -238,6 +239,10 @@ impl Measure for Widest {
     #[inline]
     fn add(&self, bounds: &mut Bounds<8>, member: &Member) {
         bounds.add(member.lanes());
+    }
+
+    fn join(&self, bounds: &mut Bounds<8>, other: &Bounds<8>) {
+        bounds.join(other);
     }
 
     fn split(&self, bounds: &Bounds<8>, _count: usize) -> Split {

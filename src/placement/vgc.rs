@@ -258,6 +258,11 @@ impl Measure for RelativeSize {
         *depth += f64::from(spot.lanes[3]);
     }
 
+    fn join(&self, (bounds, depth): &mut Self::Summary, other: &Self::Summary) {
+        bounds.join(&other.0);
+        *depth += other.1;
+    }
+
     fn split(&self, (bounds, depth): &Self::Summary, count: usize) -> Split {
         let mean_depth = (depth / count as f64) as f32;
         let axis = bounds.widest(&POSITION);
@@ -271,10 +276,11 @@ impl Measure for RelativeSize {
 
 impl ViewGuided {
     fn growth(&self, points: &ShadingPoints, usable: &[u32]) -> Growth {
-        let depths = usable.iter().map(|&i| points.depth[i as usize]);
-        let range = depths.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), d| {
-            (low.min(d), high.max(d))
-        });
+        let depths = usable.par_iter().map(|&i| points.depth[i as usize]);
+        let range = depths.map(|depth| (depth, depth)).reduce(
+            || (f32::INFINITY, f32::NEG_INFINITY),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        );
         let mut growth = Growth::new(range, self.gamma as f32, points.metres_per_unit);
         growth.literal_sign = self.literal_sign;
         growth

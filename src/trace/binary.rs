@@ -289,4 +289,21 @@ mod tests {
         let binary = binary_tree(&grid, MEDIUM);
         assert!(cost(&improved(&binary)) < 0.98 * cost(&depth_first(&binary)));
     }
+
+    #[test]
+    fn any_number_of_threads_builds_the_same_tree() {
+        for (mesh, triangles) in meshes().iter().enumerate() {
+            let tree = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                let build = || improved(&binary_tree(triangles, MEDIUM));
+                let nodes = pool.expect("threads").install(build);
+                let node = |n: BinaryNode| (n.count, n.triangle, n.bounds.min, n.bounds.max);
+                nodes.into_iter().map(node).collect::<Vec<_>>()
+            };
+            let alone = tree(1);
+            for threads in [2, 3, 16] {
+                assert!(tree(threads) == alone, "mesh {mesh}, {threads} threads");
+            }
+        }
+    }
 }
