@@ -4,7 +4,7 @@ use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
 use super::out;
 use super::out::say;
-use crate::entry::{About, Bias};
+use crate::entry::{About, Bias, Kind, Parameter};
 use crate::environment::embedded_maps;
 use crate::registry::entries;
 use crate::scene::{find_scene, shipped_scenes};
@@ -102,12 +102,11 @@ pub fn page(kind: &str, about: &About) -> String {
     };
     text.push_str(&format!("Source: {}\n\nBias: {bias}\n", about.source));
     if !about.parameters.is_empty() {
-        text.push_str("\n| parameter | default | unit | meaning |\n|---|---|---|---|\n");
-        for p in about.parameters {
-            text.push_str(&format!(
-                "| `{}` | {} | {} | {} |\n",
-                p.key, p.default, p.unit, p.meaning
-            ));
+        text.push_str(
+            "\n| parameter | default | takes | unit | meaning |\n|---|---|---|---|---|\n",
+        );
+        for parameter in about.parameters {
+            text.push_str(&lines(parameter, ""));
         }
     }
     if !about.failures.is_empty() {
@@ -118,4 +117,20 @@ pub fn page(kind: &str, about: &About) -> String {
     }
     text.push('\n');
     text
+}
+
+/// The line of a parameter, or those of its table, within the table that it lies in.
+fn lines(parameter: &Parameter, table: &str) -> String {
+    let key = format!("{table}{}", parameter.key);
+    if let Kind::Table(parameters) = parameter.kind {
+        let table = format!("{key}.");
+        return parameters.iter().map(|p| lines(p, &table)).collect();
+    }
+    let default = (parameter.default)().map_or("none".into(), |text| format!("`{text}`"));
+    format!(
+        "| `{key}` | {default} | {} | {} | {} |\n",
+        parameter.permitted(),
+        parameter.unit,
+        parameter.meaning
+    )
 }
