@@ -61,3 +61,6 @@ fn contenders() -> Vec<&'static About> {
     }
     found
 }
+
+#[cfg(test)]
+mod tests;
