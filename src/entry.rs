@@ -1,5 +1,15 @@
 //! What every entry of the registry says of itself.
 
+mod parameters;
+mod range;
+mod setting;
+
+pub(crate) use parameters::parameters;
+pub use parameters::{Parameter, check_keys, written};
+pub use range::Range;
+pub(crate) use setting::words;
+pub use setting::{Kind, Setting};
+
 /// How a method's error behaves as its budget grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -23,6 +33,16 @@ pub struct ParameterError {
     pub message: String,
 }
 
+impl ParameterError {
+    /// An error of one key.
+    pub fn new(key: &str, message: impl Into<String>) -> Self {
+        Self {
+            key: Some(key.to_owned()),
+            message: message.into(),
+        }
+    }
+}
+
 /// What every entry of the registry says of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct About {
@@ -39,7 +59,7 @@ pub struct About {
     pub version: u32,
     /// Known failures, a sentence each.
     pub failures: &'static [&'static str],
-    /// `(key, default, unit, meaning)` of each parameter.
+    /// What it can be told, as its struct of parameters declares it.
     pub parameters: &'static [Parameter],
 }
 
@@ -49,39 +69,4 @@ impl About {
         let same = |id: &&str| id.eq_ignore_ascii_case(name);
         same(&self.id) || self.aliases.iter().any(same)
     }
-}
-
-/// One documented parameter.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameter {
-    pub key: &'static str,
-    pub default: &'static str,
-    /// Empty when dimensionless.
-    pub unit: &'static str,
-    pub meaning: &'static str,
-}
-
-/// Refuses parameters that none of the entries declares.
-pub fn check_keys(table: &toml::Table, abouts: &[&About]) -> Result<(), ParameterError> {
-    let known: Vec<&str> = abouts
-        .iter()
-        .flat_map(|about| about.parameters.iter().map(|p| p.key))
-        .collect();
-    match table.keys().find(|key| !known.contains(&key.as_str())) {
-        None => Ok(()),
-        Some(key) => Err(ParameterError {
-            key: Some(key.clone()),
-            message: format!("unknown parameter `{key}`; known: {}", known.join(", ")),
-        }),
-    }
-}
-
-/// Deserializes a parameter struct, naming the key at fault.
-pub fn parameters<T: serde::de::DeserializeOwned>(
-    table: &toml::Table,
-) -> Result<T, ParameterError> {
-    T::deserialize(table.clone()).map_err(|error| ParameterError {
-        key: None,
-        message: error.message().to_owned(),
-    })
 }

@@ -1,5 +1,9 @@
-//! The table of techniques.
+//! The table of techniques, and of every entry there is.
 
+use crate::cache::interpolation::INTERPOLATIONS;
+use crate::entry::About;
+use crate::environment::ENVIRONMENT_SAMPLERS;
+use crate::placement::{FIRST_STAGES, REFINEMENTS};
 use crate::technique::{
     TechniqueEntry, ambient_occlusion, environment_lighting, importance_caching,
     irradiance_caching, truth,
@@ -19,3 +23,44 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
 pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
     TECHNIQUES.iter().find(|entry| entry.about.answers_to(id))
 }
+
+/// Kind, and every entry of it.
+pub fn entries() -> Vec<(&'static str, &'static About)> {
+    let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
+    let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
+    let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
+    let interpolations = INTERPOLATIONS.iter().map(|e| ("interpolations", &e.about));
+    let others = contenders();
+    let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| ("samplers", &e.about));
+    techniques
+        .chain(first)
+        .chain(refinements)
+        .chain(interpolations)
+        .chain(others.into_iter().map(|about| ("methods", about)))
+        .chain(samplers)
+        .collect()
+}
+
+/// Contenders that techniques list and that are neither distributions nor samplers.
+fn contenders() -> Vec<&'static About> {
+    let mut found: Vec<&'static About> = Vec::new();
+    let elsewhere = |id: &str| {
+        FIRST_STAGES.iter().any(|e| e.about.id == id)
+            || ENVIRONMENT_SAMPLERS.iter().any(|e| e.about.id == id)
+    };
+    for listed in TECHNIQUES
+        .iter()
+        .flat_map(|technique| (technique.contenders)())
+    {
+        if let [about] = listed.parts.as_slice()
+            && !elsewhere(about.id)
+            && found.iter().all(|known| known.id != about.id)
+        {
+            found.push(about);
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests;

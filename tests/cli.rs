@@ -270,7 +270,14 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
             &TINY.replace("view = \"poles\"", "view = \"attic\""),
             "it has: poles",
         ),
-        (&TINY.replace("side = 8", "side = 0"), "expected 1 to 256"),
+        (
+            &TINY.replace("side = 8", "side = 0"),
+            "side = 0: expected a whole number from 1 to 256",
+        ),
+        (
+            &TINY.replace("side = 8", "side = 8, distance = inf"),
+            "distance = inf: expected a number above 0 (scene units)",
+        ),
         (&TINY.replace("rmse(IM)", "rmse(IM"), "expected `)`"),
         (
             &TINY.replace("< rmse(IM)", "< rmse(XX)"),

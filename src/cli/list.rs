@@ -4,12 +4,9 @@ use super::args::{ExplainArgs, ListArgs};
 use super::exit::{self, Failure};
 use super::out;
 use super::out::say;
-use crate::cache::interpolation::INTERPOLATIONS;
-use crate::entry::{About, Bias};
-use crate::environment::ENVIRONMENT_SAMPLERS;
+use crate::entry::{About, Bias, Kind, Parameter};
 use crate::environment::embedded_maps;
-use crate::placement::{FIRST_STAGES, REFINEMENTS};
-use crate::registry::TECHNIQUES;
+use crate::registry::entries;
 use crate::scene::{find_scene, shipped_scenes};
 
 const KINDS: [&str; 8] = [
@@ -22,44 +19,6 @@ const KINDS: [&str; 8] = [
     "scenes",
     "maps",
 ];
-
-/// Kind, and every entry of it.
-fn entries() -> Vec<(&'static str, &'static About)> {
-    let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));
-    let first = FIRST_STAGES.iter().map(|e| ("distributions", &e.about));
-    let refinements = REFINEMENTS.iter().map(|e| ("refinements", &e.about));
-    let interpolations = INTERPOLATIONS.iter().map(|e| ("interpolations", &e.about));
-    let others = contenders();
-    let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| ("samplers", &e.about));
-    techniques
-        .chain(first)
-        .chain(refinements)
-        .chain(interpolations)
-        .chain(others.into_iter().map(|about| ("methods", about)))
-        .chain(samplers)
-        .collect()
-}
-
-/// Contenders that techniques list and that are neither distributions nor samplers.
-fn contenders() -> Vec<&'static About> {
-    let mut found: Vec<&'static About> = Vec::new();
-    let elsewhere = |id: &str| {
-        FIRST_STAGES.iter().any(|e| e.about.id == id)
-            || ENVIRONMENT_SAMPLERS.iter().any(|e| e.about.id == id)
-    };
-    for listed in TECHNIQUES
-        .iter()
-        .flat_map(|technique| (technique.contenders)())
-    {
-        if let [about] = listed.parts.as_slice()
-            && !elsewhere(about.id)
-            && found.iter().all(|known| known.id != about.id)
-        {
-            found.push(about);
-        }
-    }
-    found
-}
 
 /// One line an entry.
 pub fn list(args: &ListArgs) -> Result<u8, Failure> {
@@ -143,12 +102,11 @@ pub fn page(kind: &str, about: &About) -> String {
     };
     text.push_str(&format!("Source: {}\n\nBias: {bias}\n", about.source));
     if !about.parameters.is_empty() {
-        text.push_str("\n| parameter | default | unit | meaning |\n|---|---|---|---|\n");
-        for p in about.parameters {
-            text.push_str(&format!(
-                "| `{}` | {} | {} | {} |\n",
-                p.key, p.default, p.unit, p.meaning
-            ));
+        text.push_str(
+            "\n| parameter | default | takes | unit | meaning |\n|---|---|---|---|---|\n",
+        );
+        for parameter in about.parameters {
+            text.push_str(&lines(parameter, ""));
         }
     }
     if !about.failures.is_empty() {
@@ -159,4 +117,20 @@ pub fn page(kind: &str, about: &About) -> String {
     }
     text.push('\n');
     text
+}
+
+/// The line of a parameter, or those of its table, within the table that it lies in.
+fn lines(parameter: &Parameter, table: &str) -> String {
+    let key = format!("{table}{}", parameter.key);
+    if let Kind::Table(parameters) = parameter.kind {
+        let table = format!("{key}.");
+        return parameters.iter().map(|p| lines(p, &table)).collect();
+    }
+    let default = (parameter.default)().map_or("none".into(), |text| format!("`{text}`"));
+    format!(
+        "| `{key}` | {default} | {} | {} | {} |\n",
+        parameter.permitted(),
+        parameter.unit,
+        parameter.meaning
+    )
 }

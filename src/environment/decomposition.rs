@@ -1,89 +1,14 @@
 //! Decomposition into emissive and other texels (Wu 2024): EnvDirects and EnvIndirects, the latter
 //! shaded at half the resolution.
 
-use serde::{Deserialize, Serialize};
-
 use super::directs::{Directs, Steps, directs};
 use super::emissive::{Classification, Rule};
 use super::indirects::{Weights, indirects};
 use super::leaves::leaves;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightKind, LightSampler, LightSet};
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, ParameterError, parameters, words};
 use crate::environment::SamplerEntry;
-
-const fn parameter(
-    [key, default]: [&'static str; 2],
-    [unit, meaning]: [&'static str; 2],
-) -> Parameter {
-    Parameter {
-        key,
-        default,
-        unit,
-        meaning,
-    }
-}
-
-const PARAMETERS: &[Parameter] = &[
-    parameter(
-        ["lambda", "3"],
-        ["", "λ of eq. 1: factor on the average luminance"],
-    ),
-    parameter(
-        ["gamma", "0.001"],
-        ["", "γ of eq. 1: factor on the largest luminance"],
-    ),
-    parameter(
-        ["quantile", "0.98"],
-        ["", "share of the map that L_b exceeds"],
-    ),
-    parameter(
-        ["count_texels", "false"],
-        [
-            "",
-            "quantile and average over texels instead of solid angle",
-        ],
-    ),
-    parameter(
-        ["clamp_sr", "none"],
-        [
-            "sr",
-            "largest solid angle that counts in eq. 2; 0.01 in the metric's source",
-        ],
-    ),
-    parameter(
-        ["masking", "0.15"],
-        [
-            "",
-            "s: samples keep s·4π/K radians apart; 0 leaves the masking out",
-        ],
-    ),
-    parameter(["k_means", "true"], ["", "whether samples are relaxed"]),
-    parameter(
-        ["exclusion", "2"],
-        [
-            "",
-            "emissive texels beyond this many masking angles become non-emissive; 0 keeps all",
-        ],
-    ),
-    parameter(["leaves", "8192"], ["", "leaves of the light tree, about"]),
-    parameter(["variance_weight", "1"], ["", "w_V of eq. 3"]),
-    parameter(
-        ["extent_weight", "5"],
-        [
-            "",
-            "w_D of eq. 3; 0 with energy_weight = 0 is the original illumination cut",
-        ],
-    ),
-    parameter(["energy_weight", "1"], ["", "w_E of eq. 3"]),
-    parameter(
-        ["part", "both"],
-        [
-            "",
-            "lights that are shaded: both, direct or indirect ones; on surfaces the two add up to both",
-        ],
-    ),
-];
 
 const FAILURES: &[&str] = &[
     "slender or numerous bright lights need more lights than a small budget has",
@@ -102,7 +27,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         bias: Bias::Consistent,
         version: 1,
         failures: FAILURES,
-        parameters: PARAMETERS,
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| build(table, 2),
 };
@@ -118,96 +43,56 @@ pub const FULL_RESOLUTION: SamplerEntry = SamplerEntry {
         bias: Bias::Consistent,
         version: 1,
         failures: FAILURES,
-        parameters: PARAMETERS,
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| build(table, 1),
 };
 
-/// Parameters of both entries.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    lambda: f64,
-    gamma: f64,
-    quantile: f64,
-    count_texels: bool,
-    clamp_sr: Option<f64>,
-    masking: f64,
-    k_means: bool,
-    exclusion: f64,
-    leaves: usize,
-    variance_weight: f64,
-    extent_weight: f64,
-    energy_weight: f64,
-    part: Part,
-}
-
-/// Which lights are shaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum Part {
-    #[default]
-    Both,
-    Direct,
-    Indirect,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            lambda: 3.0,
-            gamma: 0.001,
-            quantile: 0.98,
-            count_texels: false,
-            clamp_sr: None,
-            masking: 0.15,
-            k_means: true,
-            exclusion: 2.0,
-            leaves: 8192,
-            variance_weight: 1.0,
-            extent_weight: 5.0,
-            energy_weight: 1.0,
-            part: Part::Both,
-        }
+words! {
+    /// Which lights are shaded.
+    enum Part {
+        Both = "both",
+        Direct = "direct",
+        Indirect = "indirect",
     }
 }
 
-impl Parameters {
-    fn validate(&self) -> Result<(), ParameterError> {
-        let error = |key: &str, expected: &str| {
-            Err(ParameterError {
-                key: Some(key.into()),
-                message: format!("{key}: expected {expected}"),
-            })
-        };
-        let weights = [
-            ("lambda", self.lambda),
-            ("gamma", self.gamma),
-            ("clamp_sr", self.clamp_sr.unwrap_or(1.0)),
-            ("masking", self.masking),
-            ("exclusion", self.exclusion),
-            ("variance_weight", self.variance_weight),
-            ("extent_weight", self.extent_weight),
-            ("energy_weight", self.energy_weight),
-        ];
-        if let Some((key, _)) = weights.iter().find(|(_, w)| !w.is_finite() || *w < 0.0) {
-            return error(key, "a number that is not negative");
-        }
-        if !(0.0..=1.0).contains(&self.quantile) {
-            return error("quantile", "a share from 0 to 1");
-        }
-        if !(4..=1 << 22).contains(&self.leaves) {
-            return error("leaves", "4 to 4194304");
-        }
-        Ok(())
+parameters! {
+    /// Parameters of both entries.
+    #[derive(Clone, Debug)]
+    struct Parameters {
+        /// λ of eq. 1: factor on the average luminance.
+        lambda: f64 = 3.0, AtLeast(0.0);
+        /// γ of eq. 1: factor on the largest luminance.
+        gamma: f64 = 0.001, AtLeast(0.0);
+        /// Share of the map that L_b exceeds.
+        quantile: f64 = 0.98, Within(0.0, 1.0);
+        /// Quantile and average over texels instead of solid angle.
+        count_texels: bool = false;
+        /// Largest solid angle that counts in eq. 2; 0.01 in the metric's source, none without it.
+        clamp_sr: Option<f64> = None, AtLeast(0.0), "sr";
+        /// s: samples keep s·4π/K radians apart; 0 leaves the masking out.
+        masking: f64 = 0.15, AtLeast(0.0);
+        /// Whether samples are relaxed.
+        k_means: bool = true;
+        /// Emissive texels beyond this many masking angles become non-emissive; 0 keeps all.
+        exclusion: f64 = 2.0, AtLeast(0.0);
+        /// Leaves of the light tree, about.
+        leaves: usize = 8192, Within(4.0, 4_194_304.0);
+        /// w_V of eq. 3.
+        variance_weight: f64 = 1.0, AtLeast(0.0);
+        /// w_D of eq. 3; 0 with energy_weight = 0 is the original illumination cut.
+        extent_weight: f64 = 5.0, AtLeast(0.0);
+        /// w_E of eq. 3.
+        energy_weight: f64 = 1.0, AtLeast(0.0);
+        /// Lights that are shaded: both, direct or indirect ones; on surfaces the two add up to both.
+        part: Part = Part::Both;
     }
 }
 
 fn build(table: &toml::Table, reduction: usize) -> Result<EnvironmentSampler, ParameterError> {
-    let parameters: Parameters = crate::entry::parameters(table)?;
-    parameters.validate()?;
     Ok(EnvironmentSampler::Lights(Box::new(Decomposition {
-        parameters,
+        parameters: Parameters::read(table)?,
         reduction,
     })))
 }

@@ -10,7 +10,7 @@ use super::penrose::{Candidate, Importance, points};
 use super::relaxation::Cells;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::entry::{About, Bias, parameters};
+use crate::entry::{About, Bias, check_keys};
 use crate::environment::SamplerEntry;
 
 /// The registry's entry.
@@ -30,7 +30,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         parameters: &[],
     },
     build: |table| {
-        parameters::<super::NoParameters>(table)?;
+        check_keys(table, &[])?;
         Ok(EnvironmentSampler::Lights(Box::new(Fhis)))
     },
 };

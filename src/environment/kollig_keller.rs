@@ -1,12 +1,10 @@
 //! Relaxation of Voronoi cells with insertion into the strongest (Kollig & Keller 2003).
 
-use serde::{Deserialize, Serialize};
-
 use super::blocks::Blocks;
 use super::relaxation::Cells;
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::entry::{About, Bias, Parameter};
+use crate::entry::{About, Bias, parameters};
 use crate::environment::SamplerEntry;
 
 /// The registry's entry.
@@ -22,30 +20,20 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         failures: &[
             "a cell that holds a bright source and much else puts its light beside the source",
         ],
-        parameters: &[Parameter {
-            key: "rounds",
-            default: "50",
-            unit: "",
-            meaning: "most relaxation rounds after each insertion",
-        }],
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| {
-        let parameters: Parameters = crate::entry::parameters(table)?;
         Ok(EnvironmentSampler::Lights(Box::new(KolligKeller(
-            parameters,
+            Parameters::read(table)?,
         ))))
     },
 };
 
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    rounds: usize,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self { rounds: 50 }
+parameters! {
+    #[derive(Clone, Copy, Debug)]
+    struct Parameters {
+        /// Most relaxation rounds after each insertion.
+        rounds: usize = 50, AtLeast(0.0);
     }
 }
 

@@ -78,13 +78,12 @@ pub enum EnvironmentSampler {
     /// Directions drawn at every shading point.
     PerPoint(mis::Mis),
     /// Lights chosen anew at every shading point, and their visibility filtered.
-    Product(product_ratio::ProductRatio),
+    Product {
+        parameters: product_ratio::ProductRatio,
+        /// Whether texels are lit as they are, without ratio and filter.
+        unbiased: bool,
+    },
 }
-
-/// The parameters of a sampler without any.
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct NoParameters {}
 
 use std::path::PathBuf;
 

@@ -19,23 +19,9 @@
 //! the diffuse part of U from a table of the irradiance by normal; rays in the order of the list, cast
 //! together when they are many.
 
-use serde::{Deserialize, Serialize};
-
 use super::EnvironmentSampler;
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, parameters};
 use crate::environment::SamplerEntry;
-
-const fn parameter(
-    [key, default]: [&'static str; 2],
-    [unit, meaning]: [&'static str; 2],
-) -> Parameter {
-    Parameter {
-        key,
-        default,
-        unit,
-        meaning,
-    }
-}
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -53,170 +39,44 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
             "a lattice pattern remains visible in penumbrae at few rays",
             "mirror reflections of smooth coatings are left out, as by all light sets",
         ],
-        parameters: &[
-            parameter(["lights", "2048"], ["", "J: lights of the map"]),
-            parameter(
-                ["detail", "0.0003"],
-                [
-                    "",
-                    "share of all light that neighbouring lights, as one, may take from a highlight by their spread before they are taken apart",
-                ],
-            ),
-            parameter(
-                ["jitter", "0"],
-                [
-                    "",
-                    "random part of the number that chooses a pixel's lights; 0 is a lattice over the pixels",
-                ],
-            ),
-            parameter(
-                ["bundle", "24"],
-                ["", "least shadow rays of a point that are cast together"],
-            ),
-            parameter(
-                ["direct_reach", "2"],
-                [
-                    "px",
-                    "half the side of the filter's window for emissive texels",
-                ],
-            ),
-            parameter(
-                ["direct_sigma", "1.5"],
-                ["px", "standard deviation of its Gaussian"],
-            ),
-            parameter(
-                ["indirect_reach", "3"],
-                [
-                    "px",
-                    "half the side of the filter's window for the other texels",
-                ],
-            ),
-            parameter(
-                ["indirect_sigma", "2"],
-                ["px", "standard deviation of its Gaussian"],
-            ),
-            parameter(
-                ["normal_tolerance", "0.03"],
-                [
-                    "",
-                    "1 − cosine of the normals at which a neighbour counts 1/e",
-                ],
-            ),
-            parameter(
-                ["plane_tolerance", "0.01"],
-                [
-                    "",
-                    "distance from the surface's plane, over the distance from the camera, at which a neighbour counts 1/e",
-                ],
-            ),
-            parameter(
-                ["direct_noise", "0.5"],
-                [
-                    "",
-                    "expected variance of E's own ratios, of that of independent samples; 0 keeps them whole",
-                ],
-            ),
-            parameter(["indirect_noise", "1"], ["", "the same for I"]),
-        ],
+        parameters: ProductRatio::PARAMETERS,
     },
     build: |table| {
-        let parameters: ProductRatio = crate::entry::parameters(table)?;
-        parameters.validate()?;
-        Ok(EnvironmentSampler::Product(parameters))
+        Ok(EnvironmentSampler::Product {
+            parameters: ProductRatio::read(table)?,
+            unbiased: false,
+        })
     },
 };
 
-/// Parameters of the estimator.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ProductRatio {
-    /// J.
-    pub lights: usize,
-    /// Share of all light that a highlight may lose to the spread of a chunk of lights before the chunk
-    /// is taken apart.
-    pub detail: f32,
-    /// Random part of the numbers that choose lights, in [0, 1].
-    pub jitter: f32,
-    /// Least shadow rays of a point that are cast together.
-    pub bundle: usize,
-    /// Half the sides of the filter's windows, pixels.
-    pub direct_reach: usize,
-    pub indirect_reach: usize,
-    /// Standard deviations of the filter's Gaussians, pixels.
-    pub direct_sigma: f32,
-    pub indirect_sigma: f32,
-    /// Fall-off of the filter with 1 − n·n′.
-    pub normal_tolerance: f32,
-    /// Fall-off of the filter with the distance from the plane, over the distance from the camera.
-    pub plane_tolerance: f32,
-    /// Share of the variance of independent samples that the own ratios are expected to have.
-    pub direct_noise: f32,
-    pub indirect_noise: f32,
-    /// Whether texels are lit as they are, without ratio and filter.
-    #[serde(skip)]
-    pub unbiased: bool,
-}
-
-impl Default for ProductRatio {
-    fn default() -> Self {
-        Self {
-            lights: 2048,
-            detail: 3e-4,
-            jitter: 0.0,
-            bundle: 24,
-            direct_reach: 2,
-            indirect_reach: 3,
-            direct_sigma: 1.5,
-            indirect_sigma: 2.0,
-            normal_tolerance: 0.03,
-            plane_tolerance: 0.01,
-            direct_noise: 0.5,
-            indirect_noise: 1.0,
-            unbiased: false,
-        }
-    }
-}
-
-impl ProductRatio {
-    fn validate(&self) -> Result<(), ParameterError> {
-        let error = |key: &str, expected: &str| {
-            Err(ParameterError {
-                key: Some(key.into()),
-                message: format!("{key}: expected {expected}"),
-            })
-        };
-        if !(1..=1 << 16).contains(&self.lights) {
-            return error("lights", "1 to 65536");
-        }
-        let reaches = [
-            ("direct_reach", self.direct_reach),
-            ("indirect_reach", self.indirect_reach),
-        ];
-        if let Some((key, _)) = reaches.iter().find(|(_, reach)| *reach > 16) {
-            return error(key, "0 to 16 pixels");
-        }
-        let positive = [
-            ("direct_sigma", self.direct_sigma),
-            ("indirect_sigma", self.indirect_sigma),
-            ("normal_tolerance", self.normal_tolerance),
-            ("plane_tolerance", self.plane_tolerance),
-        ];
-        if let Some((key, _)) = positive.iter().find(|(_, v)| !v.is_finite() || *v <= 0.0) {
-            return error(key, "a positive number");
-        }
-        let noise = [
-            ("direct_noise", self.direct_noise),
-            ("indirect_noise", self.indirect_noise),
-        ];
-        if !(0.0..=1.0).contains(&self.jitter) {
-            return error("jitter", "a share from 0 to 1");
-        }
-        if !(0.0..=1.0).contains(&self.detail) {
-            return error("detail", "a share from 0 to 1");
-        }
-        if let Some((key, _)) = noise.iter().find(|(_, v)| !v.is_finite() || *v < 0.0) {
-            return error(key, "a number that is not negative");
-        }
-        Ok(())
+parameters! {
+    /// Parameters of the estimator.
+    #[derive(Clone, Copy, Debug)]
+    pub struct ProductRatio {
+        /// J: lights of the map.
+        pub lights: usize = 2048, Within(1.0, 65536.0);
+        /// Share of all light that neighbouring lights, as one, may take from a highlight by their spread before
+        /// they are taken apart.
+        pub detail: f32 = 3e-4, Within(0.0, 1.0);
+        /// Random part of the number that chooses a pixel's lights; 0 is a lattice over the pixels.
+        pub jitter: f32 = 0.0, Within(0.0, 1.0);
+        /// Least shadow rays of a point that are cast together.
+        pub bundle: usize = 24, AtLeast(0.0);
+        /// Half the side of the filter's window for emissive texels.
+        pub direct_reach: usize = 2, Within(0.0, 16.0), "px";
+        /// Standard deviation of its Gaussian.
+        pub direct_sigma: f32 = 1.5, Above(0.0), "px";
+        /// Half the side of the filter's window for the other texels.
+        pub indirect_reach: usize = 3, Within(0.0, 16.0), "px";
+        /// Standard deviation of its Gaussian.
+        pub indirect_sigma: f32 = 2.0, Above(0.0), "px";
+        /// 1 − cosine of the normals at which a neighbour counts 1/e.
+        pub normal_tolerance: f32 = 0.03, Above(0.0);
+        /// Distance from the surface's plane, over the distance from the camera, at which a neighbour counts 1/e.
+        pub plane_tolerance: f32 = 0.01, Above(0.0);
+        /// Expected variance of E's own ratios, of that of independent samples; 0 keeps them whole.
+        pub direct_noise: f32 = 0.5, AtLeast(0.0);
+        /// The same for I.
+        pub indirect_noise: f32 = 1.0, AtLeast(0.0);
     }
 }

@@ -5,11 +5,9 @@
 //! and radiance in its own direction over the density of that direction. A light counts wherever a
 //! part of it may be above the surface.
 
-use serde::Deserialize;
-
 use super::EnvironmentSampler;
 use super::product_ratio::ProductRatio;
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, parameters};
 use crate::environment::SamplerEntry;
 
 /// The registry's entry.
@@ -26,37 +24,23 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
             "noise at few samples",
             "mirror reflections of smooth coatings are left out, as by all light sets",
         ],
-        parameters: &[Parameter {
-            key: "lights",
-            default: "512",
-            unit: "",
-            meaning: "J: lights of the map",
-        }],
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| {
-        let Parameters { lights } = crate::entry::parameters(table)?;
-        if !(1..=1 << 16).contains(&lights) {
-            return Err(ParameterError {
-                key: Some("lights".into()),
-                message: "lights: expected 1 to 65536".into(),
-            });
-        }
-        Ok(EnvironmentSampler::Product(ProductRatio {
-            lights,
+        let Parameters { lights } = Parameters::read(table)?;
+        Ok(EnvironmentSampler::Product {
+            parameters: ProductRatio {
+                lights,
+                ..ProductRatio::default()
+            },
             unbiased: true,
-            ..ProductRatio::default()
-        }))
+        })
     },
 };
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    lights: usize,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self { lights: 512 }
+parameters! {
+    struct Parameters {
+        /// J: lights of the map.
+        lights: usize = 512, Within(1.0, 65536.0);
     }
 }

@@ -14,7 +14,7 @@ fn samplers() -> Vec<(&'static str, Box<dyn LightSampler>)> {
         .filter_map(
             |entry| match (entry.build)(&toml::Table::new()).expect("defaults are valid") {
                 EnvironmentSampler::Lights(sampler) => Some((entry.about.id, sampler)),
-                EnvironmentSampler::PerPoint(_) | EnvironmentSampler::Product(_) => None,
+                EnvironmentSampler::PerPoint(_) | EnvironmentSampler::Product { .. } => None,
             },
         )
         .collect()

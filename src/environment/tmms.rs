@@ -1,16 +1,14 @@
 //! Tone-mapped mean shift (after Feng, Yang, Wan & Yu 2016): a reconstruction, since only what the
 //! method does is established, not its tone curve, bandwidths and rules.
 
-use glam::DVec3;
-use serde::{Deserialize, Serialize};
-
 use super::blocks::Blocks;
 use super::mean_shift::{Bandwidth, Segmentation};
 use super::strata::Strata;
 use super::texels::{Cluster, Texels};
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, parameters};
 use crate::environment::SamplerEntry;
+use glam::DVec3;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -26,51 +24,22 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
             "strata that hold a bright source and much else put their light beside the source",
             "a constant map has one mode, so that only splitting divides it",
         ],
-        parameters: &[
-            Parameter {
-                key: "angle_rad",
-                default: "0.15",
-                unit: "rad",
-                meaning: "bandwidth of the mean shift in direction",
-            },
-            Parameter {
-                key: "tone",
-                default: "0.1",
-                unit: "",
-                meaning: "bandwidth of the mean shift in tone-mapped luminance",
-            },
-        ],
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| {
-        let parameters: Parameters = crate::entry::parameters(table)?;
-        for (key, value) in [
-            ("angle_rad", parameters.angle_rad),
-            ("tone", parameters.tone),
-        ] {
-            if !(value > 0.0 && value <= 3.0) {
-                return Err(ParameterError {
-                    key: Some(key.into()),
-                    message: format!("{key}: expected a number above 0, at most 3"),
-                });
-            }
-        }
-        Ok(EnvironmentSampler::Lights(Box::new(Tmms(parameters))))
+        Ok(EnvironmentSampler::Lights(Box::new(Tmms(
+            Parameters::read(table)?,
+        ))))
     },
 };
 
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    angle_rad: f64,
-    tone: f64,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            angle_rad: 0.15,
-            tone: 0.1,
-        }
+parameters! {
+    #[derive(Clone, Copy, Debug)]
+    struct Parameters {
+        /// Bandwidth of the mean shift in direction.
+        angle_rad: f64 = 0.15, AboveUpTo(0.0, 3.0), "rad";
+        /// Bandwidth of the mean shift in tone-mapped luminance.
+        tone: f64 = 0.1, AboveUpTo(0.0, 3.0);
     }
 }
 

@@ -4,7 +4,7 @@
 use super::regions::{Cutting, Region, cut_regions};
 use super::texels::Texels;
 use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
-use crate::entry::{About, Bias, parameters};
+use crate::entry::{About, Bias, check_keys};
 use crate::environment::SamplerEntry;
 
 /// The registry's entry.
@@ -24,7 +24,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         parameters: &[],
     },
     build: |table| {
-        parameters::<super::NoParameters>(table)?;
+        check_keys(table, &[])?;
         Ok(EnvironmentSampler::Lights(Box::new(VarianceMinimization)))
     },
 };

@@ -5,14 +5,13 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Deserialize;
 
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
-use super::{Placement, Refinable, Refinement, check, check_number, number};
+use super::{Placement, Refinable, Refinement};
 use crate::cache::interpolation::inverse_distance;
 use crate::cache::{RecordSearch, SearchRule};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, parameters};
 use crate::placement::RefinementEntry;
 use crate::sample::Rng;
 
@@ -21,23 +20,17 @@ const PAIR_ANGLE_DEG: f32 = 60.0;
 /// New records keep this share of the scene's diagonal away from the two they are put between.
 const LEAST_DISTANCE: f32 = 1e-4;
 
-/// Puts new records between neighbouring records that differ most.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Adaptive {
-    pub ratio: f64,
-    pub records: usize,
-    /// Without it the budget decides.
-    pub threshold: Option<f64>,
-}
-
-impl Default for Adaptive {
-    fn default() -> Self {
-        Self {
-            ratio: 0.15,
-            records: 6,
-            threshold: None,
-        }
+parameters! {
+    /// Puts new records between neighbouring records that differ most.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Adaptive {
+        /// R: share of the records kept back for this stage.
+        pub ratio: f64 = 0.15, Within(0.0, 0.9);
+        /// K: neighbours each record is compared with.
+        pub records: usize = 6, Within(1.0, 32.0);
+        /// Only records whose differences to their K neighbours sum to more propose new ones; without it
+        /// all do, and the budget decides.
+        pub threshold: Option<f64> = None, AtLeast(0.0), "summed difference";
     }
 }
 
@@ -57,42 +50,11 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
             "Threshold mode depends on the application and the scene, and may leave budget unspent.",
             "A reconstruction: the original's error estimate is not known.",
         ],
-        parameters: &[
-            Parameter {
-                key: "ratio",
-                default: "0.15",
-                unit: "",
-                meaning: "R: share of the records kept back for this stage, 0 to 0.9",
-            },
-            Parameter {
-                key: "records",
-                default: "6",
-                unit: "",
-                meaning: "K: neighbours each record is compared with, 1 to 32",
-            },
-            Parameter {
-                key: "threshold",
-                default: "none",
-                unit: "summed difference",
-                meaning: "only records whose differences to their K neighbours sum to more propose \
-                          new ones, 0 or more; without it all do, and the budget decides",
-            },
-        ],
+        parameters: Adaptive::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Box::new(Adaptive::read(table)?)),
     interpolation: &inverse_distance::ENTRY,
 };
-
-fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
-    check_number(table, "ratio", (0.0, 0.9))?;
-    check(table, "records", "a whole number from 1 to 32", |v| {
-        matches!(v.as_integer(), Some(1..=32))
-    })?;
-    check(table, "threshold", "a number, 0 or more", |v| {
-        number(v).is_some_and(|n| n >= 0.0)
-    })?;
-    Ok(Box::new(parameters::<Adaptive>(table)?))
-}
 
 /// Two records that differ, lower index first.
 #[derive(Clone, Copy, Debug)]

@@ -5,44 +5,35 @@
 //! vary in the 5 × 5 pixels around it, each scaled to its maximum. The records kept back are drawn from the
 //! map by importance, without repetition.
 
-use serde::Deserialize;
-
 use super::discontinuity::{Recipe, draw, measure};
-use super::{Placement, Refinable, Refinement, check, check_number};
+use super::{Placement, Refinable, Refinement};
 use crate::cache::interpolation::inverse_distance;
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, parameters, words};
 use crate::placement::RefinementEntry;
 
-/// Which terms of eq. 4 are used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Terms {
-    #[default]
-    Both,
-    /// Differences between records.
-    Diff,
-    /// The geometry term.
-    Geom,
+words! {
+    /// Which terms of eq. 4 are used.
+    pub enum Terms {
+        Both = "both",
+        /// Differences between records.
+        Diff = "diff",
+        /// The geometry term.
+        Geom = "geom",
+    }
 }
 
-/// Draws pixels from a map of discontinuities in shading and geometry.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DiscontinuityGuided {
-    pub ratio: f64,
-    pub terms: Terms,
-    pub records: usize,
-    pub clamp_percentile: f64,
-}
-
-impl Default for DiscontinuityGuided {
-    fn default() -> Self {
-        Self {
-            ratio: 0.15,
-            terms: Terms::Both,
-            records: 6,
-            clamp_percentile: 100.0,
-        }
+parameters! {
+    /// Draws pixels from a map of discontinuities in shading and geometry.
+    #[derive(Clone, Copy, Debug)]
+    pub struct DiscontinuityGuided {
+        /// R: share of the records kept back for this stage.
+        pub ratio: f64 = 0.15, Within(0.0, 0.9);
+        /// Terms of the map: both, diff (differences between records) or geom (normals around).
+        pub terms: Terms = Terms::Both;
+        /// K: nearest records that are compared.
+        pub records: usize = 6, Within(2.0, 32.0);
+        /// Differences above this percentile of the pixels are cut off.
+        pub clamp_percentile: f64 = 100.0, Within(50.0, 100.0), "%";
     }
 }
 
@@ -63,45 +54,11 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
              mends that.",
             "A discontinuity between records that all miss it is not seen.",
         ],
-        parameters: &[
-            Parameter {
-                key: "ratio",
-                default: "0.15",
-                unit: "",
-                meaning: "R: share of the records kept back for this stage, 0 to 0.9",
-            },
-            Parameter {
-                key: "terms",
-                default: "both",
-                unit: "",
-                meaning: "both, diff (differences between records) or geom (normals around)",
-            },
-            Parameter {
-                key: "records",
-                default: "6",
-                unit: "",
-                meaning: "K: nearest records that are compared, 2 to 32",
-            },
-            Parameter {
-                key: "clamp_percentile",
-                default: "100",
-                unit: "%",
-                meaning: "differences above this percentile of the pixels are cut off, 50 to 100",
-            },
-        ],
+        parameters: DiscontinuityGuided::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Box::new(DiscontinuityGuided::read(table)?)),
     interpolation: &inverse_distance::ENTRY,
 };
-
-fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
-    check_number(table, "ratio", (0.0, 0.9))?;
-    check(table, "records", "a whole number from 2 to 32", |v| {
-        matches!(v.as_integer(), Some(2..=32))
-    })?;
-    check_number(table, "clamp_percentile", (50.0, 100.0))?;
-    Ok(Box::new(parameters::<DiscontinuityGuided>(table)?))
-}
 
 impl DiscontinuityGuided {
     fn recipe(&self) -> Recipe {

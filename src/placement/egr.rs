@@ -20,34 +20,27 @@
 //! (`configs/own/importance.toml`): no reason to use it there.
 
 use rayon::prelude::*;
-use serde::Deserialize;
 
 use super::disagreement::Disagreement;
 use super::members::usable;
 use super::pick::{STREAM_FILL, keep_random};
-use super::{Placement, Refinable, Refinement, check, check_number};
+use super::{Placement, Refinable, Refinement};
 use crate::cache::interpolation::gradient;
 use crate::cache::{NO_POINT, ShadingPoints};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, parameters};
 use crate::placement::RefinementEntry;
 use crate::sample::Rng;
 
-/// Puts records where the ones that are there disagree.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ErrorGuided {
-    pub ratio: f64,
-    pub rounds: usize,
-    pub spacing: f64,
-}
-
-impl Default for ErrorGuided {
-    fn default() -> Self {
-        Self {
-            ratio: 0.5,
-            rounds: 5,
-            spacing: 1.4,
-        }
+parameters! {
+    /// Puts records where the ones that are there disagree.
+    #[derive(Clone, Copy, Debug)]
+    pub struct ErrorGuided {
+        /// Share of the records kept back for the rounds.
+        pub ratio: f64 = 0.5, Within(0.0, 0.9);
+        /// Rounds that the share is spread over.
+        pub rounds: usize = 5, Within(1.0, 64.0);
+        /// Least distance between records of a round.
+        pub spacing: f64 = 1.4, Within(0.0, 4.0), "√(points/records) pixels";
     }
 }
 
@@ -66,39 +59,11 @@ pub const ENTRY: RefinementEntry = RefinementEntry {
             "Noisy records disagree by their noise, which more records do not mend.",
             "Needs values while it places: evaluation cannot be put off until all sites are known.",
         ],
-        parameters: &[
-            Parameter {
-                key: "ratio",
-                default: "0.5",
-                unit: "",
-                meaning: "share of the records kept back for the rounds, 0 to 0.9",
-            },
-            Parameter {
-                key: "rounds",
-                default: "5",
-                unit: "",
-                meaning: "rounds that the share is spread over, 1 to 64",
-            },
-            Parameter {
-                key: "spacing",
-                default: "1.4",
-                unit: "√(points/records) pixels",
-                meaning: "least distance between records of a round, 0 to 4",
-            },
-        ],
+        parameters: ErrorGuided::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Box::new(ErrorGuided::read(table)?)),
     interpolation: &gradient::ENTRY,
 };
-
-fn build(table: &toml::Table) -> Result<Box<dyn Refinement>, ParameterError> {
-    check_number(table, "ratio", (0.0, 0.9))?;
-    check(table, "rounds", "a whole number from 1 to 64", |v| {
-        matches!(v.as_integer(), Some(1..=64))
-    })?;
-    check_number(table, "spacing", (0.0, 4.0))?;
-    Ok(Box::new(parameters::<ErrorGuided>(table)?))
-}
 
 impl Refinement for ErrorGuided {
     fn ratio(&self) -> f64 {

@@ -3,31 +3,31 @@
 //! Records lie at shading points drawn uniformly without repetition, or jittered: one in each cell of a
 //! grid over the image.
 
-use serde::Deserialize;
-
 use super::pick::{STREAM_CELLS, STREAM_UNIFORM, adjust, choice, keep_random};
 use super::{FirstStage, Placement};
 use crate::cache::{NO_POINT, ShadingPoints};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, parameters, words};
 use crate::placement::FirstStageEntry;
 use crate::sample::Rng;
 
-/// How pixels are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Pattern {
-    /// Uniform random distinct pixels.
-    #[default]
-    Random,
-    /// One random pixel in each cell of a grid, then trimmed or filled up at random.
-    Jittered,
+words! {
+    /// How pixels are drawn.
+    pub enum Pattern {
+        /// Uniform random distinct pixels.
+        Random = "random",
+        /// One random pixel in each cell of a grid, then trimmed or filled up at random.
+        Jittered = "jittered",
+    }
 }
 
-/// Distinct pixels with a shading point, drawn without regard to geometry.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ImageSpace {
-    pub pattern: Pattern,
+parameters! {
+    /// Distinct pixels with a shading point, drawn without regard to geometry.
+    #[derive(Clone, Copy, Debug)]
+    pub struct ImageSpace {
+        /// Random, or jittered: one pixel per cell of a grid over the image, then trimmed or filled up at
+        /// random to the exact count.
+        pub pattern: Pattern = Pattern::Random;
+    }
 }
 
 /// Registry entry.
@@ -44,20 +44,10 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
             "Knows nothing of geometry: thin parts and distant curved surfaces get too few records.",
             "The random pattern clumps and leaves holes; pattern = \"jittered\" mends that only.",
         ],
-        parameters: &[Parameter {
-            key: "pattern",
-            default: "random",
-            unit: "",
-            meaning: "random, or jittered: one pixel per cell of a grid over the image, then \
-                      trimmed or filled up at random to the exact count",
-        }],
+        parameters: ImageSpace::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Box::new(ImageSpace::read(table)?)),
 };
-
-fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
-    Ok(Box::new(parameters::<ImageSpace>(table)?))
-}
 
 impl FirstStage for ImageSpace {
     fn place(&self, points: &ShadingPoints, count: usize, seed: u64) -> Placement {

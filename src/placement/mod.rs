@@ -131,36 +131,3 @@ pub fn first_stage(id: &str) -> Option<&'static FirstStageEntry> {
 pub fn refinement(id: &str) -> Option<&'static RefinementEntry> {
     REFINEMENTS.iter().find(|entry| entry.about.answers_to(id))
 }
-
-/// Refuses a parameter that is given but is not a number within the range.
-fn check_number(
-    table: &toml::Table,
-    key: &str,
-    (least, most): (f64, f64),
-) -> Result<(), ParameterError> {
-    let expected = format!("a number from {least} to {most}");
-    check(table, key, &expected, |value| {
-        number(value).is_some_and(|n| (least..=most).contains(&n))
-    })
-}
-
-/// A whole or other number.
-fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or(value.as_integer().map(|i| i as f64))
-}
-
-/// Refuses a parameter that is given but does not fit.
-fn check(
-    table: &toml::Table,
-    key: &str,
-    expected: &str,
-    fits: impl Fn(&toml::Value) -> bool,
-) -> Result<(), ParameterError> {
-    match table.get(key) {
-        Some(value) if !fits(value) => Err(ParameterError {
-            key: Some(key.to_owned()),
-            message: format!("{key} = {value}: expected {expected}"),
-        }),
-        _ => Ok(()),
-    }
-}

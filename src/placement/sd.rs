@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::hierarchy::{Hierarchy, Measure, Split};
 use super::members::{Bounds, COORDINATES, Member, pack};
@@ -15,7 +15,7 @@ use super::pick::{adjust, choice};
 use super::representative::{Average, nearest_to_average, random_member};
 use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, Kind, Setting, parameters, words};
 use crate::placement::FirstStageEntry;
 
 /// The settings that `min_cluster_size = "best"` tries.
@@ -24,56 +24,53 @@ const SIZES: [usize; 6] = [1, 5, 10, 20, 50, 100];
 const USUAL_SIZE: usize = 10;
 
 /// The smallest cluster that may still be split, exclusive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum MinClusterSize {
     Size(usize),
     Word(Best),
 }
 
+impl Setting for MinClusterSize {
+    const KIND: Kind = Kind::WholeOr("best");
+}
+
 /// Chosen per scene by error, as the paper did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Best {
     Best,
 }
 
-/// Which member becomes the record.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Representative {
-    #[default]
-    Random,
-    NearestAverage,
+words! {
+    /// Which member becomes the record.
+    pub enum Representative {
+        Random = "random",
+        NearestAverage = "nearest-average",
+    }
 }
 
-/// What normals are multiplied with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NormalScale {
-    /// Mean side of the points' bounding box / 8.
-    #[default]
-    MeanSide,
-    /// Diagonal of the points' bounding box / 8.
-    Diagonal,
+words! {
+    /// What normals are multiplied with.
+    pub enum NormalScale {
+        /// Mean side of the points' bounding box / 8.
+        MeanSide = "mean-side",
+        /// Diagonal of the points' bounding box / 8.
+        Diagonal = "diagonal",
+    }
 }
 
-/// LightSlice's clustering with a threshold on the widest 6-D extent.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SpatialDirectional {
-    pub min_cluster_size: MinClusterSize,
-    pub representative: Representative,
-    pub normal_scale: NormalScale,
-}
-
-impl Default for SpatialDirectional {
-    fn default() -> Self {
-        Self {
-            min_cluster_size: MinClusterSize::Word(Best::Best),
-            representative: Representative::default(),
-            normal_scale: NormalScale::default(),
-        }
+parameters! {
+    /// LightSlice's clustering with a threshold on the widest 6-D extent.
+    #[derive(Clone, Copy, Debug)]
+    pub struct SpatialDirectional {
+        /// Clusters of this many points or fewer are not split; best is the best of 1, 5, 10, 20, 50, 100
+        /// by error.
+        pub min_cluster_size: MinClusterSize = MinClusterSize::Word(Best::Best), Within(1.0, 100_000.0), "points";
+        /// The member that becomes the record: a random one, or the nearest to the average as in VGC.
+        pub representative: Representative = Representative::Random;
+        /// Normals are scaled by an eighth of this measure of the points' box.
+        pub normal_scale: NormalScale = NormalScale::MeanSide;
     }
 }
 
@@ -96,38 +93,10 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
             "A minimum size above half the points per record cannot reach the budget; the rest is \
              drawn uniformly at random.",
         ],
-        parameters: &[
-            Parameter {
-                key: "min_cluster_size",
-                default: "best",
-                unit: "points",
-                meaning: "clusters of this many points or fewer are not split: 1 to 100000, or \
-                          best: the best of 1, 5, 10, 20, 50, 100 by error",
-            },
-            Parameter {
-                key: "representative",
-                default: "random",
-                unit: "",
-                meaning: "random member, or nearest-average (the rule of vgc)",
-            },
-            Parameter {
-                key: "normal_scale",
-                default: "mean-side",
-                unit: "",
-                meaning: "an eighth of the mean-side or of the diagonal of the points' box",
-            },
-        ],
+        parameters: SpatialDirectional::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Box::new(SpatialDirectional::read(table)?)),
 };
-
-fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
-    let expected = "a whole number from 1 to 100000, or \"best\"";
-    super::check(table, "min_cluster_size", expected, |value| {
-        value.as_str() == Some("best") || matches!(value.as_integer(), Some(1..=100_000))
-    })?;
-    Ok(Box::new(parameters::<SpatialDirectional>(table)?))
-}
 
 impl FirstStage for SpatialDirectional {
     /// The tree is grown once; the threshold is the size of the (count − 1)-th largest split, so

@@ -10,7 +10,7 @@
 //! 10 m, so that Γ is 2 per diagonal and the unit of the file does not matter.
 
 use rayon::prelude::*;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::cones::{Cones, Thresholds};
 use super::cut::{Angular, Cluster, Cut, split_largest};
@@ -19,9 +19,9 @@ use super::hierarchy::{Hierarchy, Measure, Split};
 use super::members::{Bounds, Member, POSITION, Spot, complete, spots};
 use super::pick::{adjust, choice};
 use super::representative::Average;
-use super::{FirstStage, Placement, check, check_number, number};
+use super::{FirstStage, Placement};
 use crate::cache::{DistanceMetric, ShadingPoints};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, Kind, Setting, parameters, words};
 use crate::placement::FirstStageEntry;
 
 /// The suggested σ_a, degrees, for numbers of records.
@@ -36,51 +36,51 @@ const SUGGESTED: [(f64, f64); 5] = [
 const RAISE: f32 = 1.25;
 
 /// σ_a by number or by the suggested rule.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum Angle {
     Degrees(f64),
     Word(Auto),
 }
 
+impl Setting for Angle {
+    const KIND: Kind = Kind::NumberOr("auto");
+}
+
 /// The suggested rule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Auto {
     Auto,
 }
 
-/// Where clusters are split.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Plane {
-    #[default]
-    Midpoint,
-    Median,
+words! {
+    /// Where clusters are split.
+    pub enum Plane {
+        /// In the middle of the tight box.
+        Midpoint = "midpoint",
+        /// At the median member.
+        Median = "median",
+    }
 }
 
-/// Clusters that are bounded in space and in direction, by thresholds that grow with depth.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ViewGuided {
-    pub angle_deg: Angle,
-    pub gamma: f64,
-    pub literal_sign: bool,
-    pub split: Plane,
-    pub lambda_kappa: Option<f64>,
-    pub jitter: f64,
-}
-
-impl Default for ViewGuided {
-    fn default() -> Self {
-        Self {
-            angle_deg: Angle::Word(Auto::Auto),
-            gamma: 0.2,
-            literal_sign: false,
-            split: Plane::Midpoint,
-            lambda_kappa: None,
-            jitter: 0.1,
-        }
+parameters! {
+    /// Clusters that are bounded in space and in direction, by thresholds that grow with depth.
+    #[derive(Clone, Copy, Debug)]
+    pub struct ViewGuided {
+        /// σ_a; auto is 15 from 120K records, 18 at 80K, 22 at 50K, 25 from 40K to 25K, and more for
+        /// fewer, up to 45.
+        pub angle_deg: Angle = Angle::Word(Auto::Auto), AboveUpTo(0.0, 180.0), "°";
+        /// Γ: growth of the thresholds with the depth range.
+        pub gamma: f64 = 0.2, Within(0.0, 1000.0), "1/m";
+        /// Eq. 1 as printed, with (1 − α): thresholds shrink with depth.
+        pub literal_sign: bool = false;
+        /// Where clusters are split: in the middle of the tight box, or at the median.
+        pub split: Plane = Plane::Midpoint;
+        /// κ of λ = 0.5·L·κ in eq. 2; without it λ = 0.5 / L in metres.
+        pub lambda_kappa: Option<f64> = None, Within(0.0, 1000.0);
+        /// Largest move of a cluster's average position.
+        pub jitter: f64 = 0.1, Within(0.0, 1.0), "box sides";
     }
 }
 
@@ -102,64 +102,10 @@ pub const ENTRY: FirstStageEntry = FirstStageEntry {
             "A scene with a wrong metres_per_unit gets wrong thresholds and about half more error; \
              one without takes its diagonal for 10 m.",
         ],
-        parameters: &[
-            Parameter {
-                key: "angle_deg",
-                default: "auto",
-                unit: "°",
-                meaning: "σ_a, above 0 and up to 180, or auto: 15 from 120K records, 18 at 80K, \
-                          22 at 50K, 25 from 40K to 25K, and more for fewer, up to 45",
-            },
-            Parameter {
-                key: "gamma",
-                default: "0.2",
-                unit: "1/m",
-                meaning: "Γ: growth of the thresholds with the depth range, 0 or more",
-            },
-            Parameter {
-                key: "literal_sign",
-                default: "false",
-                unit: "",
-                meaning: "eq. 1 as printed, with (1 − α): thresholds shrink with depth",
-            },
-            Parameter {
-                key: "split",
-                default: "midpoint",
-                unit: "",
-                meaning: "midpoint of the tight box, or median",
-            },
-            Parameter {
-                key: "lambda_kappa",
-                default: "literal",
-                unit: "",
-                meaning: "κ of λ = 0.5·L·κ in eq. 2, 0 or more; without it λ = 0.5 / L in metres",
-            },
-            Parameter {
-                key: "jitter",
-                default: "0.1",
-                unit: "box sides",
-                meaning: "largest move of a cluster's average position, 0 to 1",
-            },
-        ],
+        parameters: ViewGuided::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Box::new(ViewGuided::read(table)?)),
 };
-
-fn build(table: &toml::Table) -> Result<Box<dyn FirstStage>, ParameterError> {
-    let angle_fits = |v: &toml::Value| {
-        v.as_str() == Some("auto") || number(v).is_some_and(|d| d > 0.0 && d <= 180.0)
-    };
-    check(
-        table,
-        "angle_deg",
-        "a number above 0 and up to 180, or \"auto\"",
-        angle_fits,
-    )?;
-    check_number(table, "gamma", (0.0, 1000.0))?;
-    check_number(table, "lambda_kappa", (0.0, 1000.0))?;
-    check_number(table, "jitter", (0.0, 1.0))?;
-    Ok(Box::new(parameters::<ViewGuided>(table)?))
-}
 
 impl FirstStage for ViewGuided {
     /// One hierarchy is grown; σ_s is searched over its splits with memoised angular counts, down to

@@ -70,12 +70,12 @@ pub type Start<T> =
 /// A contender as its technique `T` lists it.
 pub struct ContenderEntry<T: ?Sized + 'static> {
     pub about: About,
-    /// Builds it from its parameters, which were checked to be declared; no ray is cast yet.
+    /// Builds it from its parameters, which it checks; no ray is cast yet.
     pub start: Start<T>,
 }
 
 impl<T: ?Sized> ContenderEntry<T> {
-    /// The contender, after a check that its parameters are declared.
+    /// The contender, from its parameters.
     ///
     /// # Errors
     /// Unknown and unfit parameters; the key is named.
@@ -86,7 +86,6 @@ impl<T: ?Sized> ContenderEntry<T> {
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError> {
         let about = &self.about;
-        crate::entry::check_keys(parameters, &[about])?;
         Ok(Started {
             id: about.id.to_owned(),
             parts: vec![about],

@@ -34,19 +34,19 @@ impl Distribution {
             Some((first, refinement)) => (first, Some(refinement)),
             None => (id, None),
         };
-        let unknown = |kind: &str, name: &str, known: Vec<&str>| ParameterError {
-            key: Some("id".into()),
-            message: format!("no {kind} is called `{name}`; known: {}", known.join(", ")),
+        let unknown = |(key, kind): (&str, &str), name: &str, known: Vec<&str>| {
+            let known = known.join(", ");
+            ParameterError::new(key, format!("no {kind} is called `{name}`; known: {known}"))
         };
         let first = first_stage(first_id).ok_or_else(|| {
             let known = FIRST_STAGES.iter().map(|e| e.about.id).collect();
-            unknown("distribution", first_id, known)
+            unknown(("id", "distribution"), first_id, known)
         })?;
         let refinement = match refinement_id {
             None => None,
             Some(name) => Some(refinement(name).ok_or_else(|| {
                 let known = REFINEMENTS.iter().map(|e| e.about.id).collect();
-                unknown("refinement", name, known)
+                unknown(("id", "refinement"), name, known)
             })?),
         };
         let interpolation = match parameters.get(KEY) {
@@ -54,11 +54,8 @@ impl Distribution {
             Some(value) => {
                 let name = value.as_str().unwrap_or_default();
                 interpolation(name).ok_or_else(|| {
-                    let known = INTERPOLATIONS.iter().map(|e| e.about.id);
-                    ParameterError {
-                        key: Some(KEY.into()),
-                        ..unknown("interpolation", name, known.collect())
-                    }
+                    let known = INTERPOLATIONS.iter().map(|e| e.about.id).collect();
+                    unknown((KEY, KEY), name, known)
                 })?
             }
         };
@@ -68,7 +65,10 @@ impl Distribution {
             .collect();
         let mut parameters = parameters.clone();
         parameters.remove(KEY);
-        check_keys(&parameters, &abouts)?;
+        check_keys(
+            &parameters,
+            abouts.iter().flat_map(|about| about.parameters),
+        )?;
         let own = |about: &About| -> Table {
             let declared = |key: &str| about.parameters.iter().any(|p| p.key == key);
             parameters

@@ -2,7 +2,7 @@
 
 use super::truth::{TracedPaths, Truth};
 use super::{Contender, ContenderEntry, Passes, Rendered, Shot, Terms};
-use crate::entry::{About, Bias};
+use crate::entry::{About, Bias, check_keys};
 use crate::trace::RayCounter;
 
 /// Entry in the list of path tracing's contenders.
@@ -18,7 +18,10 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         failures: &["noise falls with the square root of the samples only"],
         parameters: &[],
     },
-    start: |technique, _, terms| Ok(Box::new(PathSamples { technique, terms })),
+    start: |technique, table, terms| {
+        check_keys(table, &[])?;
+        Ok(Box::new(PathSamples { technique, terms }))
+    },
 };
 
 struct PathSamples<'a> {

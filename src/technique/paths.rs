@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{Seen, ShadingFunction, Shot, each_pixel};
+use crate::entry::words;
 use crate::sample::{Rng, additive, hash};
 use crate::shade::Depths;
 use crate::trace::Caster;
@@ -10,15 +11,14 @@ use crate::trace::Caster;
 /// Keys the paths of direct and of indirect light.
 const STREAMS: [u64; 2] = [0x6469_7265_6374, 0x696e_6469_7265];
 
-/// What of the light is in an image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Layer {
-    /// Light scattered at least twice.
-    #[default]
-    Indirect,
-    /// All light: emission and direct light added.
-    Global,
+words! {
+    /// What of the light is in an image.
+    pub enum Layer {
+        /// Light scattered at least twice.
+        Indirect = "indirect",
+        /// All light: emission and direct light added.
+        Global = "global",
+    }
 }
 
 /// Rays of one sample in the shipped scenes, about, for cost estimates.

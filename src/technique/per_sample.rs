@@ -4,22 +4,21 @@
 //! budget's records would take: one path (irradiance), one occlusion ray (ambient occlusion), and one
 //! virtual light or path (importance caching) a pass.
 
-use serde::Deserialize;
-
 use super::cached::CachedTechnique;
 use super::{
     Clock, Contender, ContenderEntry, Passes, Rendered, Search, Seen, Shot, Terms, shading_points,
 };
 use crate::cache::Interpolation;
-use crate::entry::{About, Bias, Parameter};
+use crate::entry::{About, Bias, parameters};
 use crate::trace::{RayCounter, RayCounts};
 
-/// Its parameters.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    /// Estimates of each pixel; `None` takes as many as cost the rays of the budget's records.
-    passes: Option<std::num::NonZeroU32>,
+parameters! {
+    #[derive(Clone, Copy, Debug)]
+    struct Parameters {
+        /// Estimates of each pixel; without it passes are added until the rays counted reach those of evaluating
+        /// the budget's records, measured on 64 of them.
+        passes: Option<u32> = None, Within(1.0, u32::MAX as f64);
+    }
 }
 
 /// The registry's entry.
@@ -36,18 +35,12 @@ pub const PER_SAMPLE: ContenderEntry<dyn CachedTechnique> = ContenderEntry {
         bias: Bias::Unbiased,
         version: 1,
         failures: &["noise falls with the square root of the rays only"],
-        parameters: &[Parameter {
-            key: "passes",
-            default: "equal rays",
-            unit: "",
-            meaning: "estimates of each pixel; by default passes are added until the rays counted \
-                      reach those of evaluating the budget's records, measured on 64 of them",
-        }],
+        parameters: Parameters::PARAMETERS,
     },
     start: |technique, table, terms| {
         Ok(Box::new(PerSample {
             technique,
-            parameters: crate::entry::parameters(table)?,
+            parameters: Parameters::read(table)?,
             terms,
         }))
     },
@@ -88,7 +81,7 @@ impl PerSample<'_> {
             rendered.found.push(("rays_of_records", records as f64));
             budget = records;
         }
-        let most = self.parameters.passes.map_or(MOST_PASSES, |p| p.get());
+        let most = self.parameters.passes.unwrap_or(MOST_PASSES);
         let counter = RayCounter::default();
         let function = self.technique.estimator(shot, self.terms.seed);
         let mut passes = Passes::new(shot, function.as_ref());

@@ -8,12 +8,11 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Deserialize;
 
 use super::path_samples::sampled;
 use super::truth::Truth;
 use super::{Contender, ContenderEntry, Rendered, Shot, Site, Terms};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, parameters};
 use crate::image::Image;
 use crate::scene::View;
 use crate::trace::RayCounter;
@@ -32,62 +31,25 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
             "light and reflections that change with time or view trail behind",
             "a moving camera blurs, because the nearest pixel of the frame before is taken",
         ],
-        parameters: &[
-            Parameter {
-                key: "window",
-                default: "32",
-                unit: "frames",
-                meaning: "frames that the running mean weighs at most, 1 to 65536",
-            },
-            Parameter {
-                key: "tolerance",
-                default: "2",
-                unit: "pixels",
-                meaning: "largest distance of the point shown before, in projected pixels; above 0",
-            },
-        ],
+        parameters: Parameters::PARAMETERS,
     },
     start: |technique, table, terms| {
-        let parameters: Parameters = parameters(table)?;
-        parameters.validate()?;
         Ok(Box::new(RunningMean {
             technique,
-            parameters,
+            parameters: Parameters::read(table)?,
             terms,
             histories: Vec::new(),
         }))
     },
 };
 
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    window: u32,
-    tolerance: f32,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            window: 32,
-            tolerance: 2.0,
-        }
-    }
-}
-
-impl Parameters {
-    fn validate(self) -> Result<(), ParameterError> {
-        let wrong = |key: &str, expected: &str| ParameterError {
-            key: Some(key.into()),
-            message: format!("{key}: expected {expected}"),
-        };
-        if !(1..=1 << 16).contains(&self.window) {
-            return Err(wrong("window", "1 to 65536 frames"));
-        }
-        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
-            return Err(wrong("tolerance", "a number of pixels above 0"));
-        }
-        Ok(())
+parameters! {
+    #[derive(Clone, Copy, Debug)]
+    struct Parameters {
+        /// Frames that the running mean weighs at most.
+        window: u32 = 32, Within(1.0, 65536.0), "frames";
+        /// Largest distance of the point shown before, in projected pixels.
+        tolerance: f32 = 2.0, Above(0.0), "pixels";
     }
 }
 

@@ -1,13 +1,11 @@
 //! The truths: direct lighting, whose only method is the reference, and path tracing, whose contenders trace fewer
 //! paths.
 
-use serde::{Deserialize, Serialize};
-
 use super::{
     ContenderEntry, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms, Unit,
     each_pixel, path_samples, running_mean,
 };
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
 use crate::shade::{DIRECT_LIGHTING, Depths};
@@ -17,20 +15,6 @@ use crate::trace::{Caster, Ray};
 const STREAM: u64 = 0x7472_7574_6800;
 /// Keys those of contenders.
 const CONTENDER_STREAM: u64 = 0x6366_6e74_6472;
-
-const SEED: Parameter = Parameter {
-    key: "seed",
-    default: "1",
-    unit: "",
-    meaning: "seed of the camera paths",
-};
-
-const PASSES: Parameter = Parameter {
-    key: "reference_passes",
-    default: "spp",
-    unit: "",
-    meaning: "paths of each pixel of the reference",
-};
 
 /// What path tracing compares.
 static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
@@ -46,7 +30,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         bias: Bias::Unbiased,
         version: 1,
         failures: &["caustics of small lights through smooth glass converge slowly"],
-        parameters: &[SEED, PASSES],
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| Ok(Box::new(Truth::new(table, None)?)),
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
@@ -66,7 +50,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         bias: Bias::Unbiased,
         version: 1,
         failures: &["light through glass and by mirrors is indirect, hence absent"],
-        parameters: &[SEED, PASSES],
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
     contenders: Vec::new,
@@ -75,20 +59,14 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
     of_contenders: &[],
 };
 
-/// Parameters of both truths.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    seed: u64,
-    reference_passes: Option<std::num::NonZeroU32>,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            reference_passes: None,
-        }
+parameters! {
+    /// Parameters of both truths.
+    #[derive(Clone, Debug)]
+    struct Parameters {
+        /// Seed of the camera paths.
+        seed: u64 = 1, AtLeast(0.0);
+        /// Paths of each pixel of the reference; without it spp.
+        reference_passes: Option<u32> = None, Within(1.0, u32::MAX as f64);
     }
 }
 
@@ -101,7 +79,7 @@ pub struct Truth {
 impl Truth {
     fn new(table: &toml::Table, max_depth: Option<u32>) -> Result<Self, ParameterError> {
         Ok(Self {
-            parameters: crate::entry::parameters(table)?,
+            parameters: Parameters::read(table)?,
             max_depth,
         })
     }
@@ -136,9 +114,7 @@ impl Technique for Truth {
     }
 
     fn reference_samples(&self, spp: u32) -> u32 {
-        self.parameters
-            .reference_passes
-            .map_or(spp, |passes| passes.get())
+        self.parameters.reference_passes.unwrap_or(spp)
     }
 
     fn reference_is_random(&self) -> bool {
@@ -155,22 +131,17 @@ impl Technique for Truth {
         parameters: &toml::Table,
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError> {
-        let wrong = |message| ParameterError {
-            key: Some("id".into()),
-            message,
-        };
         if self.max_depth.is_some() {
             let message = "this technique has one method only: reference";
-            return Err(wrong(message.into()));
+            return Err(ParameterError::new("id", message));
         }
         match CONTENDERS.iter().find(|e| e.about.answers_to(id)) {
             Some(entry) => entry.started(self, parameters, terms),
             None => {
                 let known: Vec<&str> = CONTENDERS.iter().map(|e| e.about.id).collect();
                 let known = known.join(", ");
-                Err(wrong(format!(
-                    "no contender is called `{id}`; known: {known}"
-                )))
+                let message = format!("no contender is called `{id}`; known: {known}");
+                Err(ParameterError::new("id", message))
             }
         }
     }

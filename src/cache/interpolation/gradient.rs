@@ -27,31 +27,24 @@
 //! of the directional albedo times the mean. The brightest path of a block counts as much as the next one and spreads
 //! the rest over all blocks, for gradients too.
 
-use serde::Deserialize;
-
 use super::Interpolation;
 use crate::cache::interpolation::InterpolationEntry;
 use crate::cache::{Ranking, SearchRule, TangentMetric};
-use crate::entry::{About, Bias, Parameter, ParameterError, parameters};
+use crate::entry::{About, Bias, parameters};
 
-/// Parameters of gradient interpolation.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Gradient {
-    pub across: f32,
-    pub bend: f32,
-    pub power: i32,
-    pub clamp: Option<f32>,
-}
-
-impl Default for Gradient {
-    fn default() -> Self {
-        Self {
-            across: 16.0,
-            bend: 0.2,
-            power: 3,
-            clamp: None,
-        }
+parameters! {
+    /// Parameters of gradient interpolation.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Gradient {
+        /// Weight of the distance from the tangent plane.
+        pub across: f32 = 16.0, Within(0.0, 1000.0);
+        /// Distance that a bend of 90° counts as.
+        pub bend: f32 = 0.2, Within(0.0, 100.0), "ℓ";
+        /// p of the weights 1/Dᵖ.
+        pub power: i32 = 3, Within(1.0, 8.0);
+        /// Largest change by the position: absolute for ambient occlusion, relative to the record's value for
+        /// irradiance; 0 leaves the rotation only. Without it 0.1 for ambient occlusion and 0.3 for irradiance.
+        pub clamp: Option<f32> = None, Within(0.0, 10.0);
     }
 }
 
@@ -94,56 +87,7 @@ pub const ENTRY: InterpolationEntry = InterpolationEntry {
              fade to its mean within the distance they have",
             "needs hit distances: some closest-hit beside the any-hit rays for ambient occlusion",
         ],
-        parameters: &[
-            Parameter {
-                key: "across",
-                default: "16",
-                unit: "",
-                meaning: "weight of the distance from the tangent plane, 0 to 1000",
-            },
-            Parameter {
-                key: "bend",
-                default: "0.2",
-                unit: "ℓ",
-                meaning: "distance that a bend of 90° counts as, 0 to 100",
-            },
-            Parameter {
-                key: "power",
-                default: "3",
-                unit: "",
-                meaning: "p of the weights 1/Dᵖ, 1 to 8",
-            },
-            Parameter {
-                key: "clamp",
-                default: "0.1 for ambient occlusion, 0.3 for irradiance",
-                unit: "",
-                meaning: "largest change by the position: absolute for ambient occlusion, relative \
-                          to the record's value for irradiance; 0 leaves the rotation only",
-            },
-        ],
+        parameters: Gradient::PARAMETERS,
     },
-    build,
+    build: |table| Ok(Interpolation::Gradient(Gradient::read(table)?)),
 };
-
-fn build(table: &toml::Table) -> Result<Interpolation, ParameterError> {
-    let gradient: Gradient = parameters(table)?;
-    let error = |key: &str, expected: &str| {
-        Err(ParameterError {
-            key: Some(key.into()),
-            message: format!("{key}: expected {expected}"),
-        })
-    };
-    if !(0.0..=1000.0).contains(&gradient.across) {
-        return error("across", "a number from 0 to 1000");
-    }
-    if !(0.0..=100.0).contains(&gradient.bend) {
-        return error("bend", "a number from 0 to 100");
-    }
-    if !(1..=8).contains(&gradient.power) {
-        return error("power", "a whole number from 1 to 8");
-    }
-    if !(0.0..=10.0).contains(&gradient.clamp.unwrap_or_default()) {
-        return error("clamp", "a number from 0 to 10");
-    }
-    Ok(Interpolation::Gradient(gradient))
-}

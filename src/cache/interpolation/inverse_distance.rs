@@ -6,7 +6,7 @@
 
 use super::Interpolation;
 use crate::cache::interpolation::InterpolationEntry;
-use crate::entry::{About, Bias};
+use crate::entry::{About, Bias, check_keys};
 
 /// The registry's entry.
 pub const ENTRY: InterpolationEntry = InterpolationEntry {
@@ -24,5 +24,8 @@ pub const ENTRY: InterpolationEntry = InterpolationEntry {
         ],
         parameters: &[],
     },
-    build: |_| Ok(Interpolation::InverseDistance),
+    build: |table| {
+        check_keys(table, &[])?;
+        Ok(Interpolation::InverseDistance)
+    },
 };

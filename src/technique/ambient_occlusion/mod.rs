@@ -6,7 +6,6 @@
 //! surface the value is 1.
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 use toml::Table;
 
 mod gather;
@@ -19,7 +18,7 @@ use super::cached::{self, CachedTechnique};
 use super::{CachedFunction, Lookup, ShadingFunction, Shot, Technique, each_pixel};
 use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
 use crate::scene::{Needs, Scene};
 use crate::shade::bsdf::cosine_sample;
@@ -43,55 +42,25 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
             "records on both sides of a thin wall mix when their normals agree",
             "surfaces are opaque: opacity masks and glass are not looked at",
         ],
-        parameters: &[
-            Parameter {
-                key: "side",
-                default: "32",
-                unit: "",
-                meaning: "directions per side of the equal-area hemisphere grid",
-            },
-            Parameter {
-                key: "distance",
-                default: "the scene's",
-                unit: "scene units",
-                meaning: "maximum length of occlusion rays",
-            },
-            Parameter {
-                key: "lookup",
-                default: "candidates = 20, used = 6, max_angle_deg = 30",
-                unit: "",
-                meaning: "the run-time rule (N, M, θ_max; lambda_scaled replaces λ = 0.5/L)",
-            },
-        ],
+        parameters: Parameters::PARAMETERS,
     },
-    build: |table| {
-        let technique = AmbientOcclusion::new(crate::entry::parameters(table)?)?;
-        Ok(Box::new(technique))
-    },
+    build: |table| Ok(Box::new(AmbientOcclusion::new(Parameters::read(table)?))),
     contenders: cached::listed,
     unit: Unit::Caches,
     default_method: "VGC+DGS",
     of_contenders: &["lookup"],
 };
 
-/// Parameters of the technique, shared by reference and contenders.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Parameters {
-    /// Directions per side of the hemisphere's grid; the paper traces 32 × 32.
-    pub side: usize,
-    /// Maximum ray length in scene units; default: what the scene declares.
-    pub distance: Option<f32>,
-    pub lookup: Lookup,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            side: 32,
-            distance: None,
-            lookup: Lookup::default(),
-        }
+parameters! {
+    /// Parameters of the technique, shared by reference and contenders.
+    #[derive(Clone, Debug)]
+    pub struct Parameters {
+        /// Directions per side of the equal-area hemisphere grid.
+        pub side: usize = 32, Within(1.0, 256.0);
+        /// Maximum length of occlusion rays; without it the scene's.
+        pub distance: Option<f32> = None, Above(0.0), "scene units";
+        /// The run-time rule.
+        pub lookup: Lookup = Lookup::default();
     }
 }
 
@@ -102,34 +71,11 @@ pub struct AmbientOcclusion {
 }
 
 impl AmbientOcclusion {
-    pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
-        if !(1..=256).contains(&parameters.side) {
-            return Err(ParameterError {
-                key: Some("side".into()),
-                message: format!(
-                    "side = {} is out of range: expected 1 to 256",
-                    parameters.side
-                ),
-            });
-        }
-        if parameters.distance.is_some_and(|d| d.is_nan() || d <= 0.0) {
-            return Err(ParameterError {
-                key: Some("distance".into()),
-                message: "distance must be positive (scene units)".into(),
-            });
-        }
-        parameters
-            .lookup
-            .validate()
-            .map_err(|message| ParameterError {
-                key: Some("lookup".into()),
-                message,
-            })?;
-        let directions = equal_area_hemisphere(parameters.side);
-        Ok(Self {
+    pub fn new(parameters: Parameters) -> Self {
+        Self {
+            directions: equal_area_hemisphere(parameters.side),
             parameters,
-            directions,
-        })
+        }
     }
 
     fn gatherer(&self, shot: &Shot) -> Gatherer<'_> {

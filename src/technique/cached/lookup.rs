@@ -1,55 +1,44 @@
 //! The run-time rule as users set it.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::cache::{DistanceMetric, Ranking, SearchRule};
+use crate::entry::{Kind, ParameterError, Setting, parameters};
 use crate::technique::Shot;
 
 /// The largest M: weights of a sample live on the stack.
 pub(super) const MOST_USED: usize = 32;
 
-/// The run-time rule's parameters (Wu & Shen, table 1), shared by all cached techniques.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Lookup {
-    /// N: spatially nearest records that are candidates.
-    pub candidates: usize,
-    /// M: records that are used.
-    pub used: usize,
-    /// θ_max: largest angle between normals, degrees.
-    pub max_angle_deg: f32,
-    /// Weight of the normals in the combined distance: `None` is the paper's 0.5 / L, in metres;
-    /// `Some(κ)` is the scale-free 0.5 · L · κ.
-    pub lambda_scaled: Option<f32>,
+parameters! {
+    /// The run-time rule's parameters (Wu & Shen, table 1), shared by all cached techniques.
+    #[derive(Clone, Copy, Debug, Serialize)]
+    pub struct Lookup {
+        /// N: spatially nearest records that are candidates, at least as many as are used.
+        pub candidates: usize = 20, Within(1.0, 256.0);
+        /// M: records that are used.
+        pub used: usize = 6, Within(1.0, MOST_USED as f64);
+        /// θ_max: largest angle between normals.
+        pub max_angle_deg: f32 = 30.0, Within(0.0, 180.0), "°";
+        /// Weight κ of the normals in the combined distance, λ = 0.5·L·κ; without it the paper's 0.5 / L, in metres.
+        pub lambda_scaled: Option<f32> = None, AtLeast(0.0);
+    }
+    check Lookup::check;
 }
 
-impl Default for Lookup {
-    fn default() -> Self {
-        Self {
-            candidates: 20,
-            used: 6,
-            max_angle_deg: 30.0,
-            lambda_scaled: None,
-        }
-    }
+impl Setting for Lookup {
+    const KIND: Kind = Kind::Table(Self::PARAMETERS);
 }
 
 impl Lookup {
-    /// Checks ranges; the message names the key.
-    pub fn validate(&self) -> Result<(), String> {
-        if !(1..=MOST_USED).contains(&self.used)
-            || self.candidates < self.used
-            || self.candidates > 256
-        {
-            return Err(format!(
-                "lookup: expected 1 ≤ used ≤ {MOST_USED} and used ≤ candidates ≤ 256, got used = {}, candidates = {}",
-                self.used, self.candidates
-            ));
+    fn check(&self) -> Result<(), ParameterError> {
+        let (candidates, used) = (self.candidates, self.used);
+        match candidates < used {
+            false => Ok(()),
+            true => Err(ParameterError::new(
+                "candidates",
+                format!("candidates = {candidates}: expected at least used = {used}"),
+            )),
         }
-        if !(0.0..=180.0).contains(&self.max_angle_deg) {
-            return Err("lookup: max_angle_deg must lie in 0 to 180".into());
-        }
-        Ok(())
     }
 
     pub(super) fn rule(&self, shot: &Shot) -> SearchRule {

@@ -13,14 +13,13 @@ mod rendering;
 mod replay;
 mod upsampling;
 
-use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use super::{
     Contender, Listed, Rendered, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
     Unit,
 };
-use crate::entry::{About, Bias, Parameter, ParameterError, check_keys};
+use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::environment::{
     ENVIRONMENT_SAMPLERS, EnvironmentSampler, SamplerEntry, environment_sampler,
 };
@@ -43,43 +42,12 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
             "global light sets leave shadow edges, and highlights of single lights on very glossy surfaces",
             "only the map shines, and once: no bounces, no emitting shapes, no light through glass",
         ],
-        parameters: &[
-            Parameter {
-                key: "reference_samples",
-                default: "4096",
-                unit: "",
-                meaning: "light samples, and as many surface samples, of the reference",
-            },
-            Parameter {
-                key: "reference_passes",
-                default: "16",
-                unit: "",
-                meaning: "independent parts of the reference, whose spread is its noise",
-            },
-            Parameter {
-                key: "interleaved_sets",
-                default: "8",
-                unit: "",
-                meaning: "light sets of global samplers, of which neighbouring pixels use different ones",
-            },
-            Parameter {
-                key: "perturbation",
-                default: "0.1",
-                unit: "",
-                meaning: "largest move of a light in the other sets, of its cluster's extent",
-            },
-            Parameter {
-                key: "mean_luminance",
-                default: "0.25",
-                unit: "",
-                meaning: "exposes images so that surfaces have this mean luminance; 0 keeps the scene's exposure",
-            },
-        ],
+        parameters: Parameters::PARAMETERS,
     },
     build: |table| {
-        let parameters: Parameters = crate::entry::parameters(table)?;
-        parameters.validate()?;
-        Ok(Box::new(EnvironmentLighting { parameters }))
+        Ok(Box::new(EnvironmentLighting {
+            parameters: Parameters::read(table)?,
+        }))
     },
     contenders: || {
         let listed = |entry: &'static SamplerEntry| Listed {
@@ -93,53 +61,36 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     of_contenders: &[],
 };
 
-/// Parameters of the technique, shared by reference and contenders.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    reference_samples: u32,
-    reference_passes: u32,
-    interleaved_sets: usize,
-    perturbation: f64,
-    mean_luminance: f64,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            reference_samples: 4096,
-            reference_passes: 16,
-            interleaved_sets: 8,
-            perturbation: 0.1,
-            mean_luminance: 0.25,
-        }
+parameters! {
+    /// Parameters of the technique, shared by reference and contenders.
+    #[derive(Clone, Debug)]
+    struct Parameters {
+        /// Light samples, and as many surface samples, of the reference: at least reference_passes.
+        reference_samples: u32 = 4096, Within(1.0, 1_048_576.0);
+        /// Independent parts of the reference, whose spread is its noise.
+        reference_passes: u32 = 16, Within(1.0, 4096.0);
+        /// Light sets of global samplers, of which neighbouring pixels use different ones.
+        interleaved_sets: usize = 8, Within(1.0, 64.0);
+        /// Largest move of a light in the other sets, of its cluster's extent.
+        perturbation: f64 = 0.1, Within(0.0, 1.0);
+        /// Exposes images so that surfaces have this mean luminance; 0 keeps the scene's exposure.
+        mean_luminance: f64 = 0.25, AtLeast(0.0);
     }
+    check Parameters::check;
 }
 
 impl Parameters {
-    fn validate(&self) -> Result<(), ParameterError> {
-        let error = |key: &str, expected: &str| {
-            Err(ParameterError {
-                key: Some(key.into()),
-                message: format!("{key}: expected {expected}"),
-            })
-        };
-        if !(1..=4096).contains(&self.reference_passes) {
-            return error("reference_passes", "1 to 4096");
+    fn check(&self) -> Result<(), ParameterError> {
+        let (samples, passes) = (self.reference_samples, self.reference_passes);
+        match samples < passes {
+            false => Ok(()),
+            true => Err(ParameterError::new(
+                "reference_samples",
+                format!(
+                    "reference_samples = {samples}: expected at least reference_passes = {passes}"
+                ),
+            )),
         }
-        if self.reference_samples < self.reference_passes || self.reference_samples > 1 << 20 {
-            return error("reference_samples", "reference_passes to 1048576");
-        }
-        if !(1..=64).contains(&self.interleaved_sets) {
-            return error("interleaved_sets", "1 to 64");
-        }
-        if !(0.0..=1.0).contains(&self.perturbation) {
-            return error("perturbation", "0 to 1");
-        }
-        if !self.mean_luminance.is_finite() || self.mean_luminance < 0.0 {
-            return error("mean_luminance", "a number that is not negative");
-        }
-        Ok(())
     }
 }
 
@@ -257,15 +208,12 @@ impl Technique for EnvironmentLighting {
     ) -> Result<Started<'a>, ParameterError> {
         let entry = environment_sampler(id).ok_or_else(|| {
             let known: Vec<&str> = ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id).collect();
-            ParameterError {
-                key: Some("id".into()),
-                message: format!(
-                    "no sampler of environment maps is called `{id}`; known: {}",
-                    known.join(", ")
-                ),
-            }
+            let known = known.join(", ");
+            ParameterError::new(
+                "id",
+                format!("no sampler of environment maps is called `{id}`; known: {known}"),
+            )
         })?;
-        check_keys(parameters, &[&entry.about])?;
         Ok(Started {
             id: entry.about.id.to_owned(),
             parts: vec![&entry.about],

@@ -47,9 +47,10 @@ pub(super) fn render(illumination: &Illumination, job: &Sampled) -> Rendered {
                 ..Rendered::default()
             }
         }
-        EnvironmentSampler::Product(parameters) => {
-            product::render(illumination, (parameters, terms), &counter)
-        }
+        EnvironmentSampler::Product {
+            parameters,
+            unbiased,
+        } => product::render(illumination, (parameters, *unbiased, terms), &counter),
         EnvironmentSampler::Lights(sampler) => Global {
             illumination,
             parameters: &job.technique.parameters,

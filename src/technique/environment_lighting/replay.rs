@@ -19,8 +19,8 @@ pub(super) fn replay(illumination: &Illumination, job: &Sampled, pixel: u32) -> 
             lines.push(format!("samples drawn at every point: {mis:?}"));
             Vec::new()
         }
-        EnvironmentSampler::Product(product) => {
-            lines.push(format!("lights chosen at every point: {product:?}"));
+        EnvironmentSampler::Product { parameters, .. } => {
+            lines.push(format!("lights chosen at every point: {parameters:?}"));
             Vec::new()
         }
         EnvironmentSampler::Lights(sampler) => {

@@ -6,9 +6,8 @@
 //! the balance heuristic or by α-max. A kind that is empty in all records draws nothing and has
 //! density 0; the conservative kind is uniform over all lights, so that every light can be drawn.
 
-use serde::{Deserialize, Serialize};
-
 use super::distributions::{Distributions, Record, STORED};
+use crate::entry::words;
 use crate::sample::Rng;
 
 /// Kinds of distribution: full, unoccluded, bounded, conservative.
@@ -16,15 +15,14 @@ pub const KINDS: usize = STORED + 1;
 /// Most records that are combined.
 const MOST_RECORDS: usize = 32;
 
-/// How the samples of the kinds are weighted.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Heuristic {
-    /// In proportion to the densities.
-    #[default]
-    Balance,
-    /// All weight to the kind with the largest α × density; of equal ones, to the first.
-    AlphaMax,
+words! {
+    /// How the samples of the kinds are weighted.
+    pub enum Heuristic {
+        /// In proportion to the densities.
+        Balance = "balance",
+        /// All weight to the kind with the largest α × density; of equal ones, to the first.
+        AlphaMax = "alpha-max",
+    }
 }
 
 /// A drawn light and what its contribution is multiplied by.

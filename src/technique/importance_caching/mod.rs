@@ -23,7 +23,6 @@ mod records;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use self::distributions::Distributions;
@@ -34,7 +33,7 @@ use super::paths::{LayerPaths, RAYS_PER_SAMPLE, indirect};
 use super::{CachedFunction, Lookup, Rendered, ShadingFunction, Shot, Technique};
 use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, ParameterError, parameters, words};
 use crate::scene::{Needs, Scene};
 use crate::shade::{VirtualLights, VplOptions};
 use crate::trace::RayCounter;
@@ -57,122 +56,48 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
             "highlights and lights close by that no record near the point has are rare and bright: \
              a few such pixels decide the RMSE of an image",
         ],
-        parameters: &[
-            Parameter {
-                key: "lights",
-                default: "8192",
-                unit: "",
-                meaning: "wanted number of virtual point lights; the set comes close to it",
-            },
-            Parameter {
-                key: "seed",
-                default: "1",
-                unit: "",
-                meaning: "seed of the virtual point lights, shared by reference and contenders",
-            },
-            Parameter {
-                key: "clamp",
-                default: "0.01",
-                unit: "diagonals",
-                meaning: "least distance to a light in the geometry term, in reference and contenders",
-            },
-            Parameter {
-                key: "reference",
-                default: "lights",
-                unit: "",
-                meaning: "what references and per-sample are made of: lights (their sum, and one of \
-                          them) or paths",
-            },
-            Parameter {
-                key: "reference_passes",
-                default: "512",
-                unit: "",
-                meaning: "paths of each pixel of a reference of paths",
-            },
-            Parameter {
-                key: "heuristic",
-                default: "balance",
-                unit: "",
-                meaning: "how the samples of the four distributions are combined: balance or \
-                          alpha-max",
-            },
-            Parameter {
-                key: "alpha",
-                default: "[1, 1, 1, 1]",
-                unit: "",
-                meaning: "confidence in the full, unoccluded, bounded and conservative distribution \
-                          (alpha-max)",
-            },
-            Parameter {
-                key: "bound_radius",
-                default: "0.5",
-                unit: "",
-                meaning: "radius of the ball that the bounded distribution covers, in distances of \
-                          a record to its M-th nearest",
-            },
-            Parameter {
-                key: "lookup",
-                default: "candidates = 20, used = 6, max_angle_deg = 30",
-                unit: "",
-                meaning: "the run-time rule (N, M, θ_max; lambda_scaled replaces λ = 0.5/L)",
-            },
-        ],
+        parameters: Parameters::PARAMETERS,
     },
-    build: |table| {
-        let technique = ImportanceCaching::new(crate::entry::parameters(table)?)?;
-        Ok(Box::new(technique))
-    },
+    build: |table| Ok(Box::new(ImportanceCaching::new(Parameters::read(table)?))),
     contenders: cached::listed,
     unit: Unit::Caches,
     default_method: "VGC+DGS",
     of_contenders: &["heuristic", "alpha", "bound_radius", "lookup"],
 };
 
-/// What references, and the contender without records, are made of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reference {
-    /// The virtual lights: their sum, and one of them by its power.
-    #[default]
-    Lights,
-    /// Path tracing of all light.
-    Paths,
+words! {
+    /// What references, and the contender without records, are made of.
+    pub enum Reference {
+        /// The virtual lights: their sum, and one of them by its power.
+        Lights = "lights",
+        /// Path tracing of all light.
+        Paths = "paths",
+    }
 }
 
-/// Parameters of the technique.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Parameters {
-    /// Wanted number of virtual point lights.
-    pub lights: usize,
-    /// Seed of the lights.
-    pub seed: u64,
-    /// r_min in diagonals of the scene.
-    pub clamp: f32,
-    pub reference: Reference,
-    /// Paths of each pixel of a reference of paths.
-    pub reference_passes: u32,
-    pub heuristic: Heuristic,
-    /// Confidence in the kinds of distribution, in (0, 1].
-    pub alpha: [f32; KINDS],
-    /// r_c in distances of a record to its M-th nearest.
-    pub bound_radius: f32,
-    pub lookup: Lookup,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            lights: 8192,
-            seed: 1,
-            clamp: 0.01,
-            reference: Reference::Lights,
-            reference_passes: 512,
-            heuristic: Heuristic::Balance,
-            alpha: [1.0; KINDS],
-            bound_radius: 0.5,
-            lookup: Lookup::default(),
-        }
+parameters! {
+    /// Parameters of the technique.
+    #[derive(Clone, Debug)]
+    pub struct Parameters {
+        /// Wanted number of virtual point lights; the set comes close to it.
+        pub lights: usize = 8192, Within(1.0, 1_048_576.0);
+        /// Seed of the virtual point lights, shared by reference and contenders.
+        pub seed: u64 = 1, AtLeast(0.0);
+        /// Least distance to a light in the geometry term, in reference and contenders.
+        pub clamp: f32 = 0.01, Within(0.0, 1.0), "diagonals";
+        /// What references and per-sample are made of: lights (their sum, and one of them) or paths.
+        pub reference: Reference = Reference::Lights;
+        /// Paths of each pixel of a reference of paths.
+        pub reference_passes: u32 = 512, Within(1.0, u32::MAX as f64);
+        /// How the samples of the four distributions are combined.
+        pub heuristic: Heuristic = Heuristic::Balance;
+        /// Confidence in the full, unoccluded, bounded and conservative distribution (alpha-max); without confidence
+        /// in a distribution its lights would be lost.
+        pub alpha: [f32; KINDS] = [1.0; KINDS], AboveUpTo(0.0, 1.0);
+        /// Radius of the ball that the bounded distribution covers, in distances of a record to its M-th nearest.
+        pub bound_radius: f32 = 0.5, Within(0.0, 1.0);
+        /// The run-time rule.
+        pub lookup: Lookup = Lookup::default();
     }
 }
 
@@ -182,41 +107,8 @@ pub struct ImportanceCaching {
 }
 
 impl ImportanceCaching {
-    /// # Errors
-    /// Values out of range; the key is named.
-    pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
-        let error = |key: &str, message: String| {
-            let key = Some(key.into());
-            Err(ParameterError { key, message })
-        };
-        if !(1..=1 << 20).contains(&parameters.lights) {
-            let message = format!("lights = {}: expected 1 to 1048576", parameters.lights);
-            return error("lights", message);
-        }
-        if !(0.0..=1.0).contains(&parameters.clamp) {
-            let message = format!("clamp = {}: expected 0 to 1 diagonals", parameters.clamp);
-            return error("clamp", message);
-        }
-        if parameters.reference_passes == 0 {
-            return error("reference_passes", "expected at least 1".into());
-        }
-        if !parameters.alpha.iter().all(|a| *a > 0.0 && *a <= 1.0) {
-            let message = "alpha: each confidence must lie above 0 and be at most 1: without \
-                           confidence in a distribution its lights would be lost"
-                .into();
-            return error("alpha", message);
-        }
-        if !(0.0..=1.0).contains(&parameters.bound_radius) {
-            let message = format!(
-                "bound_radius = {}: expected 0 to 1",
-                parameters.bound_radius
-            );
-            return error("bound_radius", message);
-        }
-        if let Err(message) = parameters.lookup.validate() {
-            return error("lookup", message);
-        }
-        Ok(Self { parameters })
+    pub fn new(parameters: Parameters) -> Self {
+        Self { parameters }
     }
 
     /// No records yet, of a shot.
@@ -317,12 +209,11 @@ impl CachedTechnique for ImportanceCaching {
         if interpolation.gradient().is_none() {
             return Ok(());
         }
-        Err(ParameterError {
-            key: Some("interpolation".into()),
-            message: "importance caching samples by its records and interpolates no values: set \
-                      interpolation = \"inverse-distance\""
-                .into(),
-        })
+        Err(ParameterError::new(
+            "interpolation",
+            "importance caching samples by its records and interpolates no values: set \
+             interpolation = \"inverse-distance\"",
+        ))
     }
 
     fn function<'a>(

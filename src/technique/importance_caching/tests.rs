@@ -39,8 +39,7 @@ fn with_frame<T>(description: &SceneDescription, look: impl FnOnce(&Shot) -> T) 
 
 fn technique(parameters: &str) -> ImportanceCaching {
     let table: Table = parameters.parse().expect("parameters");
-    let parameters = crate::entry::parameters(&table).expect("parameters");
-    ImportanceCaching::new(parameters).expect("a technique")
+    ImportanceCaching::new(Parameters::read(&table).expect("parameters"))
 }
 
 /// Checks the estimator at camera samples spread over the view, with records at every
@@ -427,7 +426,7 @@ fn parameters_out_of_range_name_their_key() {
     );
     assert_eq!(key("bound_radius = 2.0").as_deref(), Some("bound_radius"));
     assert_eq!(key("lookup = { used = 0 }").as_deref(), Some("lookup"));
-    let paper = ImportanceCaching::new(Parameters::default()).expect("the defaults");
+    let paper = ImportanceCaching::new(Parameters::default());
     // 25,000 records of the paper's size, and what else a job holds, in 3 GiB.
     assert!(25_000 * paper.bytes_per_record() < 2 << 30);
 }

@@ -16,7 +16,6 @@ mod records;
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use self::gather::Gatherer;
@@ -29,7 +28,7 @@ use super::{
 };
 use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
-use crate::entry::{About, Bias, Parameter, ParameterError};
+use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::image::Image;
 use crate::sample::equal_area_hemisphere;
 use crate::scene::{Needs, Scene};
@@ -55,38 +54,9 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
             "bump maps turn the direct light only",
             "a thin wall lit differently on both sides of its edge mixes where normals agree",
         ],
-        parameters: &[
-            Parameter {
-                key: "side",
-                default: "64",
-                unit: "",
-                meaning: "directions per side of the equal-area hemisphere grid",
-            },
-            Parameter {
-                key: "layer",
-                default: "indirect",
-                unit: "",
-                meaning: "indirect, or global to add emission and direct light to reference and \
-                          contenders alike",
-            },
-            Parameter {
-                key: "reference_passes",
-                default: "512",
-                unit: "",
-                meaning: "paths of each pixel of the reference, and of the direct layer",
-            },
-            Parameter {
-                key: "lookup",
-                default: "candidates = 20, used = 6, max_angle_deg = 30",
-                unit: "",
-                meaning: "the run-time rule (N, M, θ_max; lambda_scaled replaces λ = 0.5/L)",
-            },
-        ],
+        parameters: Parameters::PARAMETERS,
     },
-    build: |table| {
-        let technique = IrradianceCaching::new(crate::entry::parameters(table)?)?;
-        Ok(Box::new(technique))
-    },
+    build: |table| Ok(Box::new(IrradianceCaching::new(Parameters::read(table)?))),
     contenders: || {
         let mut listed = cached::listed();
         listed.extend(CONTENDERS.iter().map(ContenderEntry::listed));
@@ -100,24 +70,18 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
 /// What irradiance caching compares beside what every cached technique does.
 static CONTENDERS: &[ContenderEntry<IrradianceCaching>] = &[on_demand::ENTRY];
 
-/// Parameters of the technique, shared by reference and contenders.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-struct Parameters {
-    side: usize,
-    layer: Layer,
-    reference_passes: u32,
-    lookup: Lookup,
-}
-
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            side: 64,
-            layer: Layer::Indirect,
-            reference_passes: 512,
-            lookup: Lookup::default(),
-        }
+parameters! {
+    /// Parameters of the technique, shared by reference and contenders.
+    #[derive(Clone, Debug)]
+    struct Parameters {
+        /// Directions per side of the equal-area hemisphere grid.
+        side: usize = 64, Within(1.0, 256.0);
+        /// Indirect, or global to add emission and direct light to reference and contenders alike.
+        layer: Layer = Layer::Indirect;
+        /// Paths of each pixel of the reference, and of the direct layer.
+        reference_passes: u32 = 512, Within(1.0, u32::MAX as f64);
+        /// The run-time rule.
+        lookup: Lookup = Lookup::default();
     }
 }
 
@@ -131,24 +95,11 @@ struct IrradianceCaching {
 const REFERENCE_SEED: u64 = 0;
 
 impl IrradianceCaching {
-    fn new(parameters: Parameters) -> Result<Self, ParameterError> {
-        let wrong = |key: &str, message: String| ParameterError {
-            key: Some(key.into()),
-            message,
-        };
-        if !(1..=256).contains(&parameters.side) {
-            let message = format!("side = {}: expected 1 to 256", parameters.side);
-            return Err(wrong("side", message));
-        }
-        if parameters.reference_passes == 0 {
-            return Err(wrong("reference_passes", "expected at least 1".into()));
-        }
-        let lookup = parameters.lookup.validate();
-        lookup.map_err(|message| wrong("lookup", message))?;
-        Ok(Self {
+    fn new(parameters: Parameters) -> Self {
+        Self {
             directions: equal_area_hemisphere(parameters.side),
             parameters,
-        })
+        }
     }
 
     fn paths<'a>(&self, shot: &'a Shot<'a>, seed: u64) -> LayerPaths<'a> {

@@ -31,13 +31,13 @@ use numbers::PixelNumbers;
 /// Renders a terms.
 pub(super) fn render(
     illumination: &Illumination,
-    (parameters, terms): (&ProductRatio, &Terms),
+    (parameters, unbiased, terms): (&ProductRatio, bool, &Terms),
     counter: &RayCounter,
 ) -> Rendered {
     let shot = illumination.shot;
     let mut rendered = Rendered::default();
     let (lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
-        let generate = match parameters.unbiased {
+        let generate = match unbiased {
             true => TexelLights::with_texels,
             false => TexelLights::new,
         };
@@ -54,7 +54,7 @@ pub(super) fn render(
             lights: &lights,
             arrays: &arrays,
             irradiance: &irradiance,
-            detail: match parameters.unbiased {
+            detail: match unbiased {
                 true => Detail::All,
                 false => Detail::Highlights(parameters.detail),
             },
@@ -62,7 +62,7 @@ pub(super) fn render(
             rays: terms.budget,
             sample,
             bundle: parameters.bundle,
-            unbiased: parameters.unbiased,
+            unbiased,
         };
         rendered
             .stages

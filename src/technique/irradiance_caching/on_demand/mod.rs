@@ -14,7 +14,6 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::Deserialize;
 
 use self::record::{Evaluator, Record, Strata};
 use self::store::{Metric, Placed, Store};
@@ -23,7 +22,7 @@ use crate::cache::{
     DistanceMetric, NO_POINT, Neighbour, RecordSearch, SearchRule, ShadingPoints,
     inverse_distance_weights,
 };
-use crate::entry::{About, Bias, Parameter, parameters};
+use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::image::Image;
 use crate::technique::paths::indirect;
 use crate::technique::{
@@ -48,51 +47,40 @@ pub(super) const ENTRY: ContenderEntry<IrradianceCaching> = ContenderEntry {
             "gradients of a noisy hemisphere overshoot: HDR outliers print blotches",
             "normals and positions do not tell the two sides of a thin wall at its edge apart",
         ],
-        parameters: &[
-            Parameter {
-                key: "metric",
-                default: "ward",
-                unit: "",
-                meaning: "ward or tabellion: how far a record may be used",
-            },
-            Parameter {
-                key: "gradients",
-                default: "true",
-                unit: "",
-                meaning: "whether records are extrapolated by their gradients",
-            },
-            Parameter {
-                key: "pixels",
-                default: "[3, 60]",
-                unit: "pixels",
-                meaning: "least and largest validity distance, in projected pixels at the record",
-            },
-        ],
+        parameters: OnDemand::PARAMETERS,
     },
     start: |technique, table, terms| {
         Ok(Box::new(Job {
             technique,
-            method: parameters(table)?,
+            method: OnDemand::read(table)?,
             terms,
         }))
     },
 };
 
-/// Parameters of the method.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct OnDemand {
-    metric: Metric,
-    gradients: bool,
-    pixels: [f32; 2],
+parameters! {
+    /// Parameters of the method.
+    #[derive(Clone, Copy, Debug)]
+    pub struct OnDemand {
+        /// How far a record may be used.
+        metric: Metric = Metric::Ward;
+        /// Whether records are extrapolated by their gradients.
+        gradients: bool = true;
+        /// Least and largest validity distance, in projected pixels at the record.
+        pixels: [f32; 2] = [3.0, 60.0], AtLeast(0.0), "pixels";
+    }
+    check OnDemand::check;
 }
 
-impl Default for OnDemand {
-    fn default() -> Self {
-        Self {
-            metric: Metric::Ward,
-            gradients: true,
-            pixels: [3.0, 60.0],
+impl OnDemand {
+    fn check(&self) -> Result<(), ParameterError> {
+        let [least, largest] = self.pixels;
+        match least > largest {
+            false => Ok(()),
+            true => Err(ParameterError::new(
+                "pixels",
+                format!("pixels = [{least}, {largest}]: expected the least distance first"),
+            )),
         }
     }
 }

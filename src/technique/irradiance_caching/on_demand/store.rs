@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use glam::{IVec3, Vec3};
 
 use super::record::Record;
+use crate::entry::words;
 use crate::technique::Site;
 
-/// How far a record may be used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Metric {
-    /// Ward et al. 1988: distance over the harmonic mean distance, plus a term of the normals.
-    #[default]
-    Ward,
-    /// Tabellion & Lamorlette 2004: the larger of both, falling linearly to 0.
-    Tabellion,
+words! {
+    /// How far a record may be used.
+    pub enum Metric {
+        /// Ward et al. 1988: distance over the harmonic mean distance, plus a term of the normals.
+        Ward = "ward",
+        /// Tabellion & Lamorlette 2004: the larger of both, falling linearly to 0.
+        Tabellion = "tabellion",
+    }
 }
 
 /// A record with its validity radius.
