@@ -214,7 +214,7 @@ fn textured(folder: &Folder) -> String {
         text += &material(name);
     }
     text += &format!("{CUBE}material = \"red\"\nemission = [1, 2, 3]\n{CUBE}material = \"gone\"\n");
-    text + "[environment]\nkind = \"map\"\npath = \"gone.hdr\"\n[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nirradiance = 2\n"
+    text + "[environment]\nkind = \"map\"\npath = \"gone.hdr\"\n[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nirradiance = 2\n[[light]]\nkind = \"point\"\nposition = [0, 9, 0]\nintensity = 3\n"
 }
 
 #[test]
@@ -231,11 +231,19 @@ fn only_what_is_needed_is_read() {
     assert_eq!(scene.report.absent.len(), 2, "{:?}", scene.report.absent);
     assert_eq!(scene.shapes[0].emission, Some([1.0, 2.0, 3.0]));
     assert_eq!(scene.directional_lights, [(Vec3::NEG_Y, [2.0; 3])]);
+    let [lamp] = scene.point_lights[..] else {
+        panic!("one point light");
+    };
+    assert_eq!(
+        lamp.position,
+        Vec3::new(0.0, 9.0, 0.0) - scene.origin.as_vec3()
+    );
     assert_eq!(scene.uvs.len(), scene.positions.len());
     assert!(scene.environment.is_none());
     let bare = folder.build(&text, Needs::GEOMETRY).unwrap();
     assert!(bare.materials.is_empty() && bare.textures.is_empty() && bare.uvs.is_empty());
-    assert!(bare.directional_lights.is_empty() && bare.shapes[0].emission.is_none());
+    assert!(bare.directional_lights.is_empty() && bare.point_lights.is_empty());
+    assert!(bare.shapes[0].emission.is_none());
     assert!(bare.report.absent.is_empty() && bare.report.texture_bytes == 0);
     assert_eq!(
         bare.report.cost.textures,

@@ -60,6 +60,16 @@ fn metal_under_a_lamp_and_a_sky() {
 }
 
 #[test]
+fn point_spot_and_parallel_light_with_three_bounces() {
+    check("lights", 256);
+}
+
+#[test]
+fn point_spot_and_parallel_light_scattered_once() {
+    check("lights-direct", 256);
+}
+
+#[test]
 fn a_white_scene_under_a_white_sky() {
     check("sky", 128);
 }

@@ -2,7 +2,9 @@
 //! whole sequence.
 
 use glam::{DAffine3, DMat4, DVec3, Vec3};
-use lightbench::scene::{Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View};
+use lightbench::scene::{
+    Needs, PointLight, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
+};
 use lightbench::trace::{Hit, Kernel, Ray, RayCounter, Tracer};
 use lightbench::world::{Moment, Motion, World};
 
@@ -61,6 +63,24 @@ fn a_still_world_is_the_scene_at_any_time() {
         let point = above(&moment, 0.3) - hit_now.t * Vec3::Y;
         assert!((moment.before(&hit_now) - point).length() < 1e-5);
     }
+}
+
+#[test]
+fn lamps_stay_where_they_are_when_the_box_grows() {
+    let lamp = DVec3::new(1.0, 4.0, 0.0);
+    let mut built = scene();
+    built.point_lights.push(PointLight {
+        position: (lamp - built.origin).as_vec3(),
+        intensity: [1.0; 3],
+        cone: None,
+    });
+    let mut world = World::moving(built, vec![rising()], &[0.0, 9.0]);
+    let scene = world.at(9.0).scene;
+    let position = scene.point_lights[0].position.as_dvec3() + scene.origin;
+    assert!(
+        scene.origin.y > 4.0 && position.distance(lamp) < 1e-5,
+        "{position}"
+    );
 }
 
 #[test]

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::geometry::{Loaded, WorldShape, is_degenerate, load_shape};
 use super::texture::estimated_bytes;
 use super::{
-    Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, Needs,
-    SceneDescription, SceneError, Texture, TextureDescription, View,
+    Bsdf, ColourSource, EnvironmentDescription, Material, Needs, PointLight, SceneDescription,
+    SceneError, Texture, TextureDescription, View,
 };
 use crate::environment::{Environment, EnvironmentError};
 
@@ -38,6 +38,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Directions in which parallel light travels, with the irradiance of a facing surface.
     pub directional_lights: Vec<(Vec3, [f32; 3])>,
+    /// Point and spot lights.
+    pub point_lights: Vec<PointLight>,
     pub environment: Option<Environment>,
     /// Views with origins moved like the geometry.
     pub views: Vec<View>,
@@ -197,6 +199,9 @@ impl Scene {
         let shift = (low + high) * 0.5 - self.origin;
         for position in &mut self.positions {
             *position = (position.as_dvec3() - shift).as_vec3();
+        }
+        for light in &mut self.point_lights {
+            light.position = (light.position.as_dvec3() - shift).as_vec3();
         }
         for view in &mut self.views {
             view.origin -= shift;
@@ -363,14 +368,11 @@ impl Scene {
         needs: Needs,
     ) -> Result<(), SceneError> {
         if needs.emitters {
-            for light in &description.lights {
-                let LightDescription::Directional {
-                    direction,
-                    irradiance,
-                } = light;
-                self.directional_lights
-                    .push((direction.normalize().as_vec3(), *irradiance));
-            }
+            self.add_lights_without_extent(&description.lights);
+        } else if needs.environment && !description.lights.is_empty() {
+            let note =
+                "point, spot and directional lights are left out: light is the environment's";
+            self.report.notes.push(note.into());
         }
         let Some(environment) = &description.environment else {
             return Ok(());

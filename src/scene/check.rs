@@ -1,6 +1,6 @@
 //! What `scene check` tells about a scene.
 
-use super::{BuildReport, Needs, Scene, SceneDescription, SceneError};
+use super::{BuildReport, LightDescription, Needs, Scene, SceneDescription, SceneError};
 
 /// A summary of a scene, loaded once in full.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -14,7 +14,8 @@ pub struct SceneCheck {
     pub emitting_shapes: usize,
     pub materials: usize,
     pub textures: usize,
-    pub directional_lights: usize,
+    /// Lights without extent, one a line.
+    pub lights: Vec<String>,
     pub has_environment: bool,
     /// Scene units.
     pub diagonal: f32,
@@ -47,7 +48,7 @@ pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneEr
             .count(),
         materials: description.materials.len(),
         textures: description.textures.len(),
-        directional_lights: description.lights.len(),
+        lights: description.lights.iter().map(line).collect(),
         has_environment: description.environment.is_some(),
         diagonal: scene.diagonal,
         ao_distance: scene.ao_distance,
@@ -56,4 +57,27 @@ pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneEr
         max_depth: scene.max_depth,
         report: scene.report,
     })
+}
+
+fn line(light: &LightDescription) -> String {
+    match light {
+        LightDescription::Directional {
+            direction,
+            irradiance,
+        } => format!("directional along {direction:.4}, irradiance {irradiance:?} W/m²"),
+        LightDescription::Point {
+            position,
+            intensity,
+        } => format!("point at {position:.4}, intensity {intensity:?} W/sr"),
+        LightDescription::Spot {
+            position,
+            direction,
+            intensity,
+            beam_width_deg,
+            cutoff_deg,
+        } => format!(
+            "spot at {position:.4} along {direction:.4}, intensity {intensity:?} W/sr to {beam_width_deg}°, \
+             none from {cutoff_deg}°"
+        ),
+    }
 }

@@ -164,15 +164,46 @@ impl TextureDescription {
     }
 }
 
-/// A light without a surface.
+/// A light without extent. Positions and directions are in world space, colours linear Rec.709.
 #[derive(Clone, Debug, serde::Serialize)]
 pub enum LightDescription {
-    /// Parallel light; `direction` is the direction in which it travels, `irradiance` that of a
-    /// surface facing it.
+    /// Parallel light from infinity.
     Directional {
+        /// In which it travels.
         direction: DVec3,
+        /// Of a surface that faces it, W/m².
         irradiance: [f32; 3],
     },
+    /// A point that shines evenly in all directions.
+    Point {
+        position: DVec3,
+        /// Radiant intensity, W/sr: a facing surface at a distance d, in scene units, receives
+        /// intensity / d².
+        intensity: [f32; 3],
+    },
+    /// A point that shines around a direction: with all its intensity up to `beam_width_deg` from it,
+    /// then falling linearly with the angle to zero at `cutoff_deg`.
+    Spot {
+        position: DVec3,
+        /// From the light into the middle of its beam.
+        direction: DVec3,
+        /// Radiant intensity in the middle of the beam, W/sr.
+        intensity: [f32; 3],
+        /// At most `cutoff_deg`.
+        beam_width_deg: f64,
+        /// At most 180.
+        cutoff_deg: f64,
+    },
+}
+
+impl LightDescription {
+    /// The irradiance or intensity.
+    pub fn strength(&self) -> &[f32; 3] {
+        match self {
+            Self::Directional { irradiance, .. } => irradiance,
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
+        }
+    }
 }
 
 /// Light from infinity.

@@ -12,6 +12,7 @@ mod files;
 mod find;
 mod find_environment;
 mod geometry;
+mod light;
 mod load_toml;
 mod material;
 mod mesh;
@@ -36,6 +37,7 @@ pub use description::{
 pub use error::SceneError;
 pub use find::{find_scene, find_scene_in, shipped_scenes};
 pub use find_environment::{find_environment, find_environment_in};
+pub use light::{Cone, PointLight};
 pub use material::{Bsdf, ColourSource, Material, MicrofacetDistribution};
 pub use mesh::Mesh;
 pub use texture::{Texture, Wrap};
@@ -50,7 +52,7 @@ pub struct Needs {
     pub materials: bool,
     /// Texture images; without them a textured value is its mean colour as declared, or 0.5.
     pub textures: bool,
-    /// Emitting shapes and directional lights.
+    /// Emitting shapes, point, spot and directional lights.
     pub emitters: bool,
     /// The environment map.
     pub environment: bool,

@@ -20,8 +20,7 @@ impl SceneDescription {
             view.forward = turn * view.forward;
         }
         for light in &mut self.lights {
-            let LightDescription::Directional { direction, .. } = light;
-            *direction = turn * *direction;
+            light.transform(scale, turn, &all);
         }
         match &mut self.environment {
             Some(
@@ -38,5 +37,59 @@ impl SceneDescription {
         self.ao_distance = self.ao_distance.map(|d| d * scale);
         self.metres_per_unit = self.metres_per_unit.map(|m| m / scale);
         self
+    }
+}
+
+impl LightDescription {
+    /// Intensities follow the scale, so that surfaces receive what they did.
+    fn transform(&mut self, scale: f64, turn: DQuat, all: &DAffine3) {
+        let squared = (scale * scale) as f32;
+        match self {
+            Self::Directional { direction, .. } => *direction = turn * *direction,
+            Self::Point {
+                position,
+                intensity,
+            } => {
+                *position = all.transform_point3(*position);
+                *intensity = intensity.map(|i| i * squared);
+            }
+            Self::Spot {
+                position,
+                direction,
+                intensity,
+                ..
+            } => {
+                *position = all.transform_point3(*position);
+                *direction = turn * *direction;
+                *intensity = intensity.map(|i| i * squared);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surfaces_receive_of_a_point_what_they_did() {
+        let light = LightDescription::Point {
+            position: DVec3::X,
+            intensity: [2.0; 3],
+        };
+        let scene = SceneDescription {
+            lights: vec![light],
+            ..SceneDescription::default()
+        };
+        let scene = scene.transformed(2.0, 90.0, DVec3::Y);
+        let LightDescription::Point {
+            position,
+            intensity,
+        } = &scene.lights[0]
+        else {
+            panic!("a point");
+        };
+        assert!(position.distance(DVec3::new(0.0, 1.0, -2.0)) < 1e-12);
+        assert_eq!(*intensity, [8.0; 3]);
     }
 }

@@ -1,6 +1,7 @@
-//! Choosing a light: emitting triangles, parallel light and the environment.
+//! Choosing a light: emitting triangles, points, parallel light and the environment.
 
 mod emit;
+mod point;
 
 pub use emit::{Emitted, Source};
 
@@ -12,7 +13,7 @@ use crate::sample::Rng;
 use crate::scene::Scene;
 use crate::trace::{Ray, offset_origin};
 
-/// All lights of a scene. A group (triangles, parallel, environment) is chosen half by its power
+/// All lights of a scene. A group (triangles, points, parallel, environment) is chosen half by its power
 /// and half evenly, so that a strong light far away cannot starve a lamp; within a group by power.
 pub struct Lights<'a> {
     scene: &'a Scene,
@@ -21,9 +22,11 @@ pub struct Lights<'a> {
     triangle_power: Vec<f64>,
     /// Index of a shape's first entry in `triangles`, for shapes that emit.
     first_of_shape: Vec<Option<u32>>,
+    /// Running sums of the power of point and spot lights.
+    point_power: Vec<f64>,
     parallel_power: Vec<f64>,
     /// Probability of each group; all zero when nothing shines.
-    groups: [f64; 3],
+    groups: [f64; 4],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -59,10 +62,12 @@ impl<'a> Lights<'a> {
             triangles: Vec::new(),
             triangle_power: Vec::new(),
             first_of_shape: vec![None; scene.shapes.len()],
+            point_power: Vec::new(),
             parallel_power: Vec::new(),
-            groups: [0.0; 3],
+            groups: [0.0; 4],
         };
         let area_power = lights.collect_triangles();
+        let point_power = lights.collect_points();
         let radius = f64::from(scene.diagonal) * 0.5;
         let disk = std::f64::consts::PI * radius * radius;
         let mut parallel = 0.0;
@@ -74,7 +79,7 @@ impl<'a> Lights<'a> {
             .environment
             .as_ref()
             .map_or(0.0, |e| e.total_luminance() * disk);
-        lights.groups = mix([area_power, parallel, sky]);
+        lights.groups = mix([area_power, point_power, parallel, sky]);
         let share = lights.groups[0] / area_power;
         for triangle in &mut lights.triangles {
             let power = f64::from(luminance(triangle.emission.into())) * std::f64::consts::PI;
@@ -113,7 +118,7 @@ impl<'a> Lights<'a> {
 
     /// Whether nothing shines.
     pub fn is_dark(&self) -> bool {
-        self.groups == [0.0; 3]
+        self.groups == [0.0; 4]
     }
 
     /// One light as seen from `from`; `None` where the chosen light cannot reach it.
@@ -123,17 +128,20 @@ impl<'a> Lights<'a> {
         }
         let choice = rng.next_f64();
         let [u, v] = [rng.next_f64(), rng.next_f64()];
-        if choice < self.groups[0] {
-            let index = pick(&self.triangle_power, choice / self.groups[0]);
+        let [area, points, parallel, sky] = self.groups;
+        if choice < area {
+            let index = pick(&self.triangle_power, choice / area);
             self.sample_triangle(&self.triangles[index], from, [u as f32, v as f32])
-        } else if choice < self.groups[0] + self.groups[1] {
-            self.sample_parallel(from, (choice - self.groups[0]) / self.groups[1])
+        } else if choice < area + points {
+            self.sample_point(from, (choice - area) / points)
+        } else if choice < area + points + parallel {
+            self.sample_parallel(from, (choice - (area + points)) / parallel)
         } else {
             let sample = self.scene.environment.as_ref()?.sample([u, v])?;
             Some(LightSample {
                 direction: sample.direction,
                 radiance: sample.radiance.into(),
-                pdf_sr: sample.pdf_sr * self.groups[2] as f32,
+                pdf_sr: sample.pdf_sr * sky as f32,
                 delta: false,
                 shadow_ray: self.spawn(from, sample.direction),
             })
@@ -181,7 +189,7 @@ impl<'a> Lights<'a> {
         Some(LightSample {
             direction,
             radiance: irradiance.into(),
-            pdf_sr: (usable(irradiance) * self.disk() / total * self.groups[1]) as f32,
+            pdf_sr: (usable(irradiance) * self.disk() / total * self.groups[2]) as f32,
             delta: true,
             shadow_ray: self.spawn(from, direction),
         })
@@ -243,7 +251,7 @@ impl<'a> Lights<'a> {
         self.scene
             .environment
             .as_ref()
-            .map_or(0.0, |e| e.pdf(direction) * self.groups[2] as f32)
+            .map_or(0.0, |e| e.pdf(direction) * self.groups[3] as f32)
     }
 }
 
@@ -257,11 +265,11 @@ fn usable(rgb: [f32; 3]) -> f64 {
 }
 
 /// Half in proportion to the powers, half even among those above zero.
-fn mix(powers: [f64; 3]) -> [f64; 3] {
+fn mix(powers: [f64; 4]) -> [f64; 4] {
     let total: f64 = powers.iter().sum();
     let lit = powers.iter().filter(|p| **p > 0.0).count() as f64;
     if total <= 0.0 || !total.is_finite() {
-        return [0.0; 3];
+        return [0.0; 4];
     }
     powers.map(|p| {
         if p > 0.0 {
@@ -284,9 +292,9 @@ mod tests {
 
     #[test]
     fn groups_are_chosen_by_power_and_evenly() {
-        assert_eq!(mix([0.0; 3]), [0.0; 3]);
-        assert_eq!(mix([3.0, 0.0, 0.0]), [1.0, 0.0, 0.0]);
-        assert_eq!(mix([1.0, 0.0, 3.0]), [0.375, 0.0, 0.625]);
+        assert_eq!(mix([0.0; 4]), [0.0; 4]);
+        assert_eq!(mix([3.0, 0.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(mix([1.0, 0.0, 0.0, 3.0]), [0.375, 0.0, 0.0, 0.625]);
         assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.0), 1);
         assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.5), 3);
         assert_eq!(usable([f32::NAN, 1.0, 1.0]), 0.0);

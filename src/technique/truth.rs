@@ -45,7 +45,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         id: "direct-lighting",
         module: include_str!("truth.rs"),
         aliases: &["direct"],
-        summary: "emission and direct light of area lights, environment and sun",
+        summary: "emission and direct light of area, point, spot and directional lights, environment and sun",
         source: "Veach 1997, power heuristic",
         bias: Bias::Unbiased,
         version: 1,

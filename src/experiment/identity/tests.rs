@@ -43,6 +43,31 @@ fn key_of(folder: &Path) -> String {
 }
 
 #[test]
+fn lights_without_extent_are_part_of_a_scene() {
+    let place = tempfile::tempdir().expect("a folder");
+    let spot = "kind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, -1, 0]\nintensity = 1\n";
+    let lights = [
+        String::new(),
+        "[[light]]\nkind = \"point\"\nposition = [0, 2, 0]\nintensity = 1\n".into(),
+        "[[light]]\nkind = \"point\"\nposition = [0, 2, 0]\nintensity = 2\n".into(),
+        format!("[[light]]\n{spot}cutoff_deg = 20\n"),
+        format!("[[light]]\n{spot}cutoff_deg = 20\nbeam_width_deg = 3\n"),
+    ];
+    let mut keys: Vec<String> = lights
+        .iter()
+        .map(|light| {
+            write_scene(place.path());
+            let text = format!("{SCENE}{light}");
+            fs::write(place.path().join("scene.toml"), text).expect("writable");
+            key_of(place.path())
+        })
+        .collect();
+    keys.sort();
+    keys.dedup();
+    assert_eq!(keys.len(), lights.len());
+}
+
+#[test]
 fn an_edit_of_equal_size_makes_another_key_wherever_the_folder_lies() {
     let place = tempfile::tempdir().expect("a folder");
     let (here, there) = (place.path().join("here"), place.path().join("else/where"));

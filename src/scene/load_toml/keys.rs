@@ -192,7 +192,7 @@ impl<'a> Keys<'a> {
         let grey = number(v.get_ref()).map(|x| vec![x; 3]);
         grey.or_else(|| list(v.get_ref()))
             .and_then(|list| <[f64; 3]>::try_from(list).ok())
-            .filter(|c| c.iter().all(|x| *x >= 0.0))
+            .filter(|c| c.iter().all(|x| (0.0..=f64::from(f32::MAX)).contains(x)))
             .map(|c| c.map(|x| x as f32))
             .ok_or_else(|| self.wrong(key, v, "[r, g, b] or one number, none below 0"))
     }

@@ -34,21 +34,59 @@ impl Loader {
         Ok(())
     }
 
-    pub(super) fn light(&mut self, keys: &Keys) -> Result<(), SceneError> {
-        keys.kind(&["directional"])?;
-        let direction = keys.required("direction", keys.vector("direction")?)?;
-        let irradiance = keys.required("irradiance", keys.colour("irradiance")?)?;
+    pub(super) fn light(&mut self, keys: &mut Keys) -> Result<(), SceneError> {
+        let kind = keys.kind(&["point", "spot", "directional"])?;
+        keys.what = format!("[[light]] ({kind})");
+        let light = match kind {
+            "point" => LightDescription::Point {
+                position: keys.required("position", keys.vector("position")?)?,
+                intensity: keys.required("intensity", keys.colour("intensity")?)?,
+            },
+            "spot" => spot(keys)?,
+            _ => LightDescription::Directional {
+                direction: unit(keys, keys.required("direction", keys.vector("direction")?)?)?,
+                irradiance: keys.required("irradiance", keys.colour("irradiance")?)?,
+            },
+        };
         keys.finish()?;
-        match direction.normalize_or_zero() {
-            DVec3::ZERO => Err(keys.error("the `direction` of a light must not be zero")),
-            direction => {
-                self.scene.lights.push(LightDescription::Directional {
-                    direction,
-                    irradiance,
-                });
-                Ok(())
-            }
+        self.scene.lights.push(light);
+        Ok(())
+    }
+}
+
+/// Angles count from the axis; without a beam width it is three quarters of the cutoff angle.
+fn spot(keys: &Keys) -> Result<LightDescription, SceneError> {
+    let position = keys.required("position", keys.vector("position")?)?;
+    let direction = match (keys.vector("target")?, keys.vector("direction")?) {
+        (Some(target), None) => target - position,
+        (None, Some(direction)) => direction,
+        _ => return Err(keys.error("a spot light needs either `target` or `direction`")),
+    };
+    let cutoff_deg = keys.required("cutoff_deg", keys.positive("cutoff_deg")?)?;
+    let beam_width_deg = keys.non_negative("beam_width_deg")?;
+    for (key, angle, most) in [
+        ("cutoff_deg", Some(cutoff_deg), 180.0),
+        ("beam_width_deg", beam_width_deg, cutoff_deg),
+    ] {
+        if let (Some(value), true) = (keys.get(key), angle.is_some_and(|angle| angle > most)) {
+            let expected = format!("an angle from the axis of at most {most}");
+            return Err(keys.wrong(key, value, &expected));
         }
+    }
+    Ok(LightDescription::Spot {
+        position,
+        direction: unit(keys, direction)?,
+        intensity: keys.required("intensity", keys.colour("intensity")?)?,
+        beam_width_deg: beam_width_deg.unwrap_or(0.75 * cutoff_deg),
+        cutoff_deg,
+    })
+}
+
+/// The direction of a light, of length 1.
+fn unit(keys: &Keys, direction: DVec3) -> Result<DVec3, SceneError> {
+    match direction.normalize_or_zero() {
+        DVec3::ZERO => Err(keys.error("the direction of a light must not be zero")),
+        direction => Ok(direction),
     }
 }
 
@@ -71,4 +109,110 @@ fn sky(keys: &Keys) -> Result<EnvironmentDescription, SceneError> {
         sky: keys.boolean("sky", true)?,
         scale: keys.non_negative("scale")?.unwrap_or(1.0) as f32,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::parse_toml;
+    use super::*;
+
+    const HEAD: &str = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n\
+                        [[shape]]\nkind = \"cube\"\n[[light]]\n";
+
+    fn load(light: &str) -> Result<LightDescription, String> {
+        let text = format!("{HEAD}{light}");
+        let scene = parse_toml(&text, Some(Path::new("scene.toml")), "s");
+        scene
+            .map(|mut scene| scene.lights.remove(0))
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn lights_without_extent() {
+        for (text, expected) in [
+            (
+                "kind = \"point\"\nposition = [1, 2, 3]\nintensity = 4",
+                "Point { position: DVec3(1.0, 2.0, 3.0), intensity: [4.0, 4.0, 4.0] }",
+            ),
+            (
+                "kind = \"spot\"\nposition = [0, 2, 0]\ntarget = [0, 1, 0]\nintensity = [1, 2, 3]\ncutoff_deg = 40",
+                "Spot { position: DVec3(0.0, 2.0, 0.0), direction: DVec3(0.0, -1.0, 0.0), intensity: [1.0, 2.0, 3.0], beam_width_deg: 30.0, cutoff_deg: 40.0 }",
+            ),
+            (
+                "kind = \"spot\"\nposition = [0, 2, 0]\ndirection = [3, 0, 0]\nintensity = 1\ncutoff_deg = 180\nbeam_width_deg = 180",
+                "Spot { position: DVec3(0.0, 2.0, 0.0), direction: DVec3(1.0, 0.0, 0.0), intensity: [1.0, 1.0, 1.0], beam_width_deg: 180.0, cutoff_deg: 180.0 }",
+            ),
+        ] {
+            assert_eq!(format!("{:?}", load(text).unwrap()), expected);
+        }
+    }
+
+    #[test]
+    fn wrong_lights_have_places() {
+        let spot = "kind = \"spot\"\nposition = [0, 2, 0]\n";
+        for (text, place, expected) in [
+            ("kind = \"spott\"".to_owned(), "8:8", "did you mean `spot`?"),
+            (
+                "kind = \"point\"\nintensity = 1".to_owned(),
+                "7:1",
+                "[[light]] (point) needs `position`",
+            ),
+            (
+                "kind = \"point\"\nposition = [0, 0, 0]\nintensity = [1, -1, 0]".to_owned(),
+                "10:13",
+                "none below 0",
+            ),
+            (
+                "kind = \"point\"\nposition = [0, 0, 0]\nintensity = inf".to_owned(),
+                "10:13",
+                "`intensity`",
+            ),
+            (
+                "kind = \"point\"\nposition = [0, 0, 0]\nintensity = 1e39".to_owned(),
+                "10:13",
+                "`intensity`",
+            ),
+            (
+                "kind = \"point\"\nposition = [nan, 0, 0]\nintensity = 1".to_owned(),
+                "9:12",
+                "`position`",
+            ),
+            (
+                "kind = \"point\"\nposition = [0, 0, 0]\nintensity = 1\ncutoff_deg = 3".to_owned(),
+                "11:1",
+                "unknown key `cutoff_deg`",
+            ),
+            (
+                format!("{spot}target = [0, 2, 0]\nintensity = 1\ncutoff_deg = 3"),
+                "7:1",
+                "must not be zero",
+            ),
+            (
+                format!("{spot}intensity = 1\ncutoff_deg = 3"),
+                "7:1",
+                "either `target` or `direction`",
+            ),
+            (
+                format!("{spot}direction = [0, 1, 0]\nintensity = 1\ncutoff_deg = 180.5"),
+                "12:14",
+                "at most 180",
+            ),
+            (
+                format!(
+                    "{spot}direction = [0, 1, 0]\nintensity = 1\ncutoff_deg = 9\nbeam_width_deg = 10"
+                ),
+                "13:18",
+                "at most 9",
+            ),
+        ] {
+            let error = load(&text).unwrap_err();
+            assert!(
+                error.starts_with(&format!("scene.toml:{place}:")),
+                "{error}"
+            );
+            assert!(error.contains(expected), "{error} ({expected})");
+        }
+    }
 }

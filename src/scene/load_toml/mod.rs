@@ -91,8 +91,8 @@ impl Loader {
             return Err(keys.error("the scene needs at least one [[shape]]"));
         }
         self.environment(keys)?;
-        for table in keys.tables("light")? {
-            self.light(&table)?;
+        for mut table in keys.tables("light")? {
+            self.light(&mut table)?;
         }
         keys.finish()
     }

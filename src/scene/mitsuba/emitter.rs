@@ -1,4 +1,4 @@
-//! Emitters without a shape.
+//! Emitters without a shape; those without extent are in `light.rs`.
 
 use glam::{DMat4, DVec3};
 
@@ -7,7 +7,7 @@ use super::element::Element;
 use super::spectrum::{colour, emitted_colour};
 use super::transform::{transform, vector};
 use crate::environment::EnvironmentRows;
-use crate::scene::{EnvironmentDescription, LightDescription, SceneError};
+use crate::scene::{EnvironmentDescription, SceneError};
 
 impl<'a> Importer<'a> {
     pub(super) fn emitter(&mut self, element: &'a Element) -> Result<(), SceneError> {
@@ -28,7 +28,11 @@ impl<'a> Importer<'a> {
                 rows: EnvironmentRows::PoleCentred,
             },
             "sunsky" | "sun" | "sky" => self.sun_sky(element, to_world)?,
-            "directional" => return self.directional(element, to_world),
+            "directional" | "point" | "spot" => {
+                let light = self.light_without_extent(element, to_world)?;
+                self.scene.lights.push(light);
+                return Ok(());
+            }
             other => {
                 element.mark_all();
                 self.note(format!("emitter `{other}` is left out"));
@@ -60,23 +64,11 @@ impl<'a> Importer<'a> {
         self.scene.environment = Some(environment);
     }
 
-    fn directional(&mut self, element: &'a Element, to_world: DMat4) -> Result<(), SceneError> {
-        let direction = match element.child("direction") {
-            Some(d) => vector(d, 0.0)?,
-            None => to_world.transform_vector3(DVec3::Z),
-        };
-        if !(direction.is_finite() && direction != DVec3::ZERO) {
-            return Err(element.error("the direction of the light is zero"));
-        }
-        let irradiance = self.emitted(element, "irradiance")?;
-        self.scene.lights.push(LightDescription::Directional {
-            direction: direction.normalize(),
-            irradiance,
-        });
-        Ok(())
-    }
-
-    fn emitted(&mut self, element: &'a Element, name: &str) -> Result<[f32; 3], SceneError> {
+    pub(super) fn emitted(
+        &mut self,
+        element: &'a Element,
+        name: &str,
+    ) -> Result<[f32; 3], SceneError> {
         match element.child(name) {
             Some(value) => emitted_colour(self.resolved(value)?),
             None => Ok([1.0; 3]),

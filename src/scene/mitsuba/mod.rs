@@ -10,6 +10,7 @@ mod cie;
 mod conductor;
 mod element;
 mod emitter;
+mod light;
 mod sensor;
 mod shape;
 mod spectrum;

@@ -10,7 +10,9 @@ use crate::trace::{Ray, offset_origin};
 /// A sampled start of a light path, all values divided by the density of the choice.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted {
-    pub source: Source,
+    /// `None` where the light is one of [`Lights::points`] and [`Lights::parallel`], which need no
+    /// sampling.
+    pub source: Option<Source>,
     /// The first ray.
     pub ray: Ray,
     /// Power that the ray carries.
@@ -27,29 +29,30 @@ pub enum Source {
         intensity: Vec3,
     },
     /// Light from infinity: irradiance of a facing surface, and the direction towards it.
-    Infinity {
-        direction: Vec3,
-        irradiance: Vec3,
-        /// Whether it is one of [`Lights::parallel`], which need no sampling.
-        parallel: bool,
-    },
+    Infinity { direction: Vec3, irradiance: Vec3 },
 }
 
 impl Lights<'_> {
     /// A light path's start; `choice` in [0, 1) selects the light, `point` in [0, 1)² a point of it
-    /// (of the environment: a direction). `None` where nothing shines.
+    /// (of points and the environment: a direction). `None` where nothing shines.
     pub fn emit(&self, choice: f64, point: [f64; 2], rng: &mut Rng) -> Option<Emitted> {
         if self.is_dark() {
             return None;
         }
-        let [area, parallel, sky] = self.groups;
+        let [area, points, parallel, sky] = self.groups;
         if choice < area {
             return self.emit_from_triangle(choice / area, point, rng);
         }
-        let (towards, irradiance) = if choice < area + parallel || sky == 0.0 {
+        let finite = area + points;
+        if choice < finite || parallel + sky == 0.0 {
+            let choice = ((choice - area) / points).clamp(0.0, 1.0);
+            return Some(self.emit_from_point(choice, point));
+        }
+        let is_parallel = choice < finite + parallel || sky == 0.0;
+        let (towards, irradiance) = if is_parallel {
             let index = pick(
                 &self.parallel_power,
-                ((choice - area) / parallel).clamp(0.0, 1.0),
+                ((choice - finite) / parallel).clamp(0.0, 1.0),
             );
             let (travel, irradiance) = self.scene.directional_lights[index];
             let total = self.parallel_power[self.parallel_power.len() - 1];
@@ -68,11 +71,10 @@ impl Lights<'_> {
         let [x, y] = disk([rng.next_f32(), rng.next_f32()]);
         let origin = towards * (radius * 1.01) + (frame.tangent * x + frame.bitangent * y) * radius;
         Some(Emitted {
-            source: Source::Infinity {
+            source: (!is_parallel).then_some(Source::Infinity {
                 direction: towards,
                 irradiance,
-                parallel: choice < area + parallel || sky == 0.0,
-            },
+            }),
             ray: Ray::new(origin, -towards),
             power: irradiance * self.disk() as f32,
         })
@@ -89,11 +91,11 @@ impl Lights<'_> {
             .to_world(local)
             .try_normalize()?;
         Some(Emitted {
-            source: Source::Surface {
+            source: Some(Source::Surface {
                 position,
                 normal: light.normal,
                 intensity,
-            },
+            }),
             ray: Ray::new(
                 offset_origin(position, light.normal, self.scene.diagonal),
                 direction,

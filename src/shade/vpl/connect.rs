@@ -70,6 +70,9 @@ impl VirtualLights<'_> {
         let Some(direction) = way.try_normalize() else {
             return Vec3::ZERO;
         };
+        if let Emission::Point(light) = light.emission {
+            return to.scattering(direction) * light.irradiance(-way);
+        }
         let sent = light.sent(-direction);
         if sent == Vec3::ZERO {
             return Vec3::ZERO;
@@ -78,7 +81,8 @@ impl VirtualLights<'_> {
     }
 
     /// A bound of [`VirtualLights::unoccluded`] over a neighbourhood: cosines and the distance at their
-    /// best, scattering as at the receiver (Georgiev et al. 2012).
+    /// best, scattering as at the receiver (Georgiev et al. 2012). A point light closer than the least
+    /// distance of the geometry term can exceed it.
     ///
     /// *differs:* the receiver's cosine is bounded over the radius and the turn of the normals, not
     /// by 1, so that lights behind everything nearby count for nothing.
@@ -100,7 +104,7 @@ impl VirtualLights<'_> {
         }
         let sin = near.radius / distance;
         let cos = (1.0 - sin * sin).max(0.0).sqrt();
-        let sending = best_cosine(-direction.dot(light.normal), [cos, sin]);
+        let sending = light.best_sending(-direction, [cos, sin]);
         let receiving = best_cosine(to.normal.dot(direction), sum([cos, sin], near.turn));
         let cosines = sending * receiving;
         if cosines == 0.0 {
@@ -150,7 +154,7 @@ impl VirtualLights<'_> {
 }
 
 impl VirtualLight<'_> {
-    /// Intensity that a light on a surface sends in a direction.
+    /// Intensity that a light with a position sends in a direction.
     fn sent(&self, direction: Vec3) -> Vec3 {
         match &self.emission {
             Emission::Cosine {
@@ -170,17 +174,30 @@ impl VirtualLight<'_> {
                 }
                 at.evaluate(direction) * *power * at.adjoint(direction)
             }
+            Emission::Point(light) => light.sent(direction),
             Emission::Infinity { irradiance } => *irradiance,
         }
     }
 
-    /// As [`VirtualLight::sent`], without its cosine, and lifted above the horizon.
+    /// The largest cosine of a light on a surface, or share of a spot light's intensity, around a direction
+    /// that may turn (cosine, sine).
+    fn best_sending(&self, direction: Vec3, turn: [f32; 2]) -> f32 {
+        match &self.emission {
+            Emission::Point(light) => light.cone.map_or(1.0, |cone| {
+                cone.share(cone.angle(direction) - turn[1].atan2(turn[0]))
+            }),
+            _ => best_cosine(direction.dot(self.normal), turn),
+        }
+    }
+
+    /// The most of [`VirtualLight::sent`] without its cosine or falloff, lifted above the horizon.
     fn lifted_sent(&self, direction: Vec3) -> Vec3 {
         match &self.emission {
             Emission::Cosine { intensity, .. } => *intensity,
             Emission::Glossy { at, power } => {
                 lifted(at, at.facing_shading_normal(), direction) * *power
             }
+            Emission::Point(light) => light.intensity.into(),
             Emission::Infinity { irradiance } => *irradiance,
         }
     }

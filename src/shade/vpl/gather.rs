@@ -45,6 +45,9 @@ impl VirtualLights<'_> {
                 self.wait(caster, to, (index, &mut *buffers, &mut *visit));
             }
         }
+        for index in self.on_surfaces..self.finite {
+            self.wait(caster, to, (index, &mut *buffers, &mut *visit));
+        }
         self.flush(caster, to, (&mut *buffers, &mut *visit));
         for index in self.finite..self.len() {
             self.wait(caster, to, (index, &mut *buffers, &mut *visit));
@@ -78,7 +81,7 @@ impl VirtualLights<'_> {
         }
     }
 
-    /// Casts the waiting rays. Those to lights on surfaces are made as long as their way is of the
+    /// Casts the waiting rays. Those to lights with a position are made as long as their way is of the
     /// longest one, so that one limit ends each at its light.
     fn flush(
         &self,

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::{Emission, Facing, LANES, VirtualLight, VirtualLights, VplOptions};
 use crate::sample::Rng;
+use crate::scene::PointLight;
 use crate::shade::light::Source;
 use crate::shade::surface::Interaction;
 use crate::shade::{DIRECT_LIGHTING, PathTracer};
@@ -55,19 +56,21 @@ impl<'a> VirtualLights<'a> {
         let pilot = paths.trace(counter);
         // A pilot without a single light still starts some paths.
         let per_path = (pilot.len() as f64 / PILOT as f64).max(1.0 / 16.0);
-        let parallel: Vec<_> = scene.lights().parallel().collect();
-        let wanted = options.count.saturating_sub(parallel.len()) as f64;
+        let parallel = scene.lights().parallel().map(VirtualLight::at_infinity);
+        let points = scene.lights().points().map(VirtualLight::at_point);
+        let exact: Vec<_> = parallel.chain(points).collect();
+        let wanted = options.count.saturating_sub(exact.len()) as f64;
         paths.count = ((wanted / per_path).round() as usize).max(1);
         paths.stream = STREAM;
         set.paths = paths.count;
         let mut lights = paths.trace(counter);
-        lights.extend(parallel.into_iter().map(VirtualLight::at_infinity));
+        lights.extend(exact);
         let before = lights.len();
         lights.retain(VirtualLight::is_finite);
         set.dropped = before - lights.len();
         lights.retain(VirtualLight::shines);
-        set.finite = sort(&mut lights, diagonal);
-        set.facing = lights[..set.finite]
+        [set.on_surfaces, set.finite] = sort(&mut lights, diagonal);
+        set.facing = lights[..set.on_surfaces]
             .chunks(LANES)
             .map(Facing::new)
             .collect();
@@ -106,7 +109,7 @@ impl<'a> Paths<'a> {
             return;
         };
         let share = 1.0 / self.count as f32;
-        lights.extend(self.direct(&start.source, share));
+        lights.extend(start.source.map(|source| self.direct(&source, share)));
         let mut power = start.power * share;
         let mut ray = start.ray;
         for _ in 0..self.longest {
@@ -133,13 +136,13 @@ impl<'a> Paths<'a> {
     }
 
     /// The start of a path as a light.
-    fn direct(&self, source: &Source, share: f32) -> Option<VirtualLight<'a>> {
+    fn direct(&self, source: &Source, share: f32) -> VirtualLight<'a> {
         match *source {
             Source::Surface {
                 position,
                 normal,
                 intensity,
-            } => Some(VirtualLight {
+            } => VirtualLight {
                 position,
                 end: offset_origin(position, normal, self.diagonal),
                 normal,
@@ -147,13 +150,11 @@ impl<'a> Paths<'a> {
                     intensity: intensity * share,
                     shading_normal: normal,
                 },
-            }),
-            Source::Infinity { parallel: true, .. } => None,
+            },
             Source::Infinity {
                 direction,
                 irradiance,
-                parallel: false,
-            } => Some(VirtualLight::at_infinity((direction, irradiance * share))),
+            } => VirtualLight::at_infinity((direction, irradiance * share)),
         }
     }
 
@@ -201,7 +202,16 @@ impl Facing {
     }
 }
 
-impl VirtualLight<'_> {
+impl<'a> VirtualLight<'a> {
+    fn at_point(light: &'a PointLight) -> Self {
+        Self {
+            position: light.position,
+            end: light.position,
+            normal: Vec3::Y,
+            emission: Emission::Point(light),
+        }
+    }
+
     fn at_infinity((direction, irradiance): (Vec3, Vec3)) -> Self {
         Self {
             position: Vec3::ZERO,
@@ -215,6 +225,7 @@ impl VirtualLight<'_> {
         match self.emission {
             Emission::Cosine { intensity, .. } => intensity,
             Emission::Glossy { power, .. } => power,
+            Emission::Point(light) => light.intensity.into(),
             Emission::Infinity { irradiance } => irradiance,
         }
     }
@@ -228,15 +239,17 @@ impl VirtualLight<'_> {
     }
 }
 
-/// Sorts along a space-filling curve, by position, then those at infinity by direction; returns the
-/// number of the former. Equal keys keep the order of their paths.
-fn sort(lights: &mut [VirtualLight], diagonal: f32) -> usize {
+/// Sorts along a space-filling curve: those on surfaces, then points, then those at infinity by
+/// direction. Returns the number of the first and of the first two. Equal keys keep the order of
+/// their paths.
+fn sort(lights: &mut [VirtualLight], diagonal: f32) -> [usize; 2] {
     let key = |light: &VirtualLight| match light.emission {
-        Emission::Infinity { .. } => (true, curve(light.normal * 0.5 + 0.5)),
-        _ => (false, curve(light.position / diagonal + 0.5)),
+        Emission::Infinity { .. } => (2, curve(light.normal * 0.5 + 0.5)),
+        Emission::Point(_) => (1, curve(light.position / diagonal + 0.5)),
+        _ => (0, curve(light.position / diagonal + 0.5)),
     };
     lights.sort_by_key(key);
-    lights.partition_point(|light| !key(light).0)
+    [1, 2].map(|kind| lights.partition_point(|light| key(light).0 < kind))
 }
 
 /// Position along a Z-curve of a point in the unit cube, 20 bits an axis.

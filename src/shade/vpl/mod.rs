@@ -7,12 +7,12 @@
 //! fixed by a pilot with other random numbers before the first path is traced, so the set is unbiased;
 //! its size comes out near the wanted one, not equal to it.
 //!
-//! Parallel lights are in the set once each, exactly, whatever the number of paths. The environment's
-//! lights are directions.
+//! Point, spot and parallel lights are in the set once each, exactly, whatever the number of paths. The
+//! environment's lights are directions.
 //!
 //! The sum over all lights of what a surface point receives is the path tracer's result, but for
 //! three things: the denominator of the geometry term is raised to the square of `clamp` × the
-//! scene's diagonal; light that reaches the point by mirrors or glass alone is absent; radiance
+//! scene's diagonal, but for the scene's own point and spot lights; light that reaches the point by mirrors or glass alone is absent; radiance
 //! inside glass keeps the scale of the index ratio.
 
 mod connect;
@@ -28,6 +28,7 @@ pub use gather::Gathering;
 
 use super::surface::Interaction;
 use crate::image::luminance;
+use crate::scene::PointLight;
 
 /// How many lights, and of what kind.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +44,14 @@ pub struct VplOptions {
 }
 
 /// A set of virtual point lights, sorted so that neighbours in the list are neighbours in space:
-/// first those with a position, then those at infinity.
+/// first those on surfaces, then point and spot lights, then those at infinity.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualLights<'a> {
     lights: Vec<VirtualLight<'a>>,
     /// Positions and normals of the lights on surfaces, eight at a time.
     facing: Vec<Facing>,
+    /// Number of lights on surfaces.
+    on_surfaces: usize,
     /// Number of lights with a position.
     finite: usize,
     /// Paths that were started.
@@ -68,7 +71,8 @@ struct VirtualLight<'a> {
     position: Vec3,
     /// `position` moved off its surface.
     end: Vec3,
-    /// Geometric normal on the side that shines; of a light at infinity: the direction towards it.
+    /// Geometric normal on the side that shines; of a light at infinity: the direction towards it; of
+    /// a point light: unused.
     normal: Vec3,
     emission: Emission<'a>,
 }
@@ -97,6 +101,8 @@ enum Emission<'a> {
         at: Box<Interaction<'a>>,
         power: Vec3,
     },
+    /// A point or spot light of the scene.
+    Point(&'a PointLight),
     /// Irradiance of a facing surface.
     Infinity { irradiance: Vec3 },
 }
@@ -110,17 +116,13 @@ impl VirtualLights<'_> {
         self.lights.is_empty()
     }
 
-    /// Number of lights on surfaces; the rest is at infinity.
-    pub fn finite(&self) -> usize {
-        self.finite
-    }
-
     /// A rough measure of what each light can send out, luminance, above 0.
     pub fn powers(&self) -> Vec<f32> {
         let power = |light: &VirtualLight| {
             let value = match light.emission {
                 Emission::Cosine { intensity, .. } => intensity * std::f32::consts::PI,
                 Emission::Glossy { power, .. } => power * 0.5,
+                Emission::Point(light) => Vec3::from(light.intensity) * light.solid_angle() as f32,
                 // On a disk that covers the scene.
                 Emission::Infinity { irradiance } => irradiance * self.disk,
             };

@@ -216,6 +216,44 @@ fn the_sum_converges_to_the_path_tracer_under_a_sky_and_a_sun() {
 }
 
 #[test]
+fn the_sum_converges_to_the_path_tracer_under_points_and_spots() {
+    let mut scene = room(plain("wall", [0.7, 0.5, 0.3]), coated(0.5));
+    scene.shapes[2].emission = None;
+    scene.lights = vec![
+        LightDescription::Point {
+            position: DVec3::new(-0.5, 0.3, 0.2),
+            intensity: [0.4, 0.5, 0.3],
+        },
+        LightDescription::Spot {
+            position: DVec3::new(0.2, 0.8, 0.3),
+            direction: DVec3::new(0.0, -0.9, -0.4),
+            intensity: [3.0, 2.0, 2.5],
+            beam_width_deg: 15.0,
+            cutoff_deg: 50.0,
+        },
+    ];
+    assert_agreement("points", &scene, (1500, 40));
+    with_set(&scene, 1, |lights, to, _| {
+        assert_eq!(lights.finite - lights.on_surfaces, 2);
+        assert_eq!(lights.finite, lights.len());
+        let mut rng = Rng::new(1, 0, 0, 0);
+        let near = Neighbourhood {
+            radius: 0.1,
+            turn: [1.0, 0.0],
+        };
+        for _ in 0..200 {
+            let mut other = *to;
+            other.at.position.x += (rng.next_f32() - 0.5) * 0.14;
+            other.at.position.z += (rng.next_f32() - 0.5) * 0.14;
+            for i in lights.on_surfaces..lights.finite {
+                let (value, bound) = (lights.unoccluded(&other, i), lights.bounded(to, i, &near));
+                assert!(value.cmple(bound * 1.0001).all(), "{value} > {bound}");
+            }
+        }
+    });
+}
+
+#[test]
 fn a_closed_glowing_box_sums_a_geometric_series() {
     let albedo = [0.8f32, 0.5, 0.1];
     let mut cube = ShapeDescription::new("box", ShapeSource::Cube);

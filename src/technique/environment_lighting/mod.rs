@@ -40,7 +40,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         version: 1,
         failures: &[
             "global light sets leave shadow edges, and highlights of single lights on very glossy surfaces",
-            "only the map shines, and once: no bounces, no emitting shapes, no light through glass",
+            "only the map shines, and once: no bounces, no emitting shapes, no point, spot and directional lights, no light through glass",
         ],
         parameters: Parameters::PARAMETERS,
     },
