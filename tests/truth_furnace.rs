@@ -3,10 +3,11 @@
 mod truth_support;
 
 use glam::{DMat4, DVec3};
+use lightbench::environment::EnvironmentDescription;
 use lightbench::scene::MicrofacetDistribution::{Beckmann, Ggx};
 use lightbench::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, Needs, Scene,
-    SceneDescription, ShapeDescription, ShapeSource, View,
+    Bsdf, ColourSource, LightDescription, Material, Needs, Scene, SceneDescription,
+    ShapeDescription, ShapeSource, View,
 };
 use lightbench::shade::{Depths, PathTracer, RenderOptions, Rendering, render};
 use lightbench::trace::Tracer;

@@ -6,11 +6,13 @@ mod truth_support;
 use std::path::PathBuf;
 
 use glam::{DMat4, DVec3};
-use lightbench::environment::{Environment, EnvironmentOptions, EnvironmentRows};
+use lightbench::environment::{
+    Environment, EnvironmentDescription, EnvironmentOptions, EnvironmentRows,
+};
 use lightbench::image::Image;
 use lightbench::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, Material, MicrofacetDistribution, Needs, Scene,
-    SceneDescription, ShapeDescription, ShapeSource, View,
+    Bsdf, ColourSource, Material, MicrofacetDistribution, Needs, Scene, SceneDescription,
+    ShapeDescription, ShapeSource, View,
 };
 use truth_support::{agreement, reference, reference_file, small_render};
 

@@ -1,5 +1,6 @@
 //! `render`: one image; and the single contender that `caches` shares.
 
+use crate::environment::EnvironmentDescription;
 use toml::{Table, Value};
 
 use super::args::{ContenderArgs, RenderArgs};
@@ -8,7 +9,7 @@ use super::out::say;
 use super::run::set_threads;
 use crate::experiment::Override;
 use crate::image::{Attributes, Layer, write_exr, write_png};
-use crate::scene::{EnvironmentDescription, Scene, SceneDescription, find_environment, find_scene};
+use crate::scene::{Scene, SceneDescription, find_environment, find_scene};
 use crate::technique::{
     Choice, Film, Passes, Rendered, Shot, Stages, Technique, TechniqueEntry, Terms, Unit,
 };

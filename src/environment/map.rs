@@ -6,9 +6,8 @@ use std::sync::OnceLock;
 use glam::{DMat3, DMat4, Mat3, Vec3};
 
 use super::table::SphereTable;
-use super::{EnvironmentError, SunSky, embedded_map, sun_sky_image};
+use super::{EnvironmentDescription, EnvironmentError, SunSky, embedded_map, sun_sky_image};
 use crate::image::{Image, luminance};
-use crate::scene::EnvironmentDescription;
 
 /// Where the rows of a map lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]

@@ -6,6 +6,7 @@
 
 mod blocks;
 pub mod decomposition;
+mod description;
 mod directs;
 mod emissive;
 pub mod fhis;
@@ -36,6 +37,7 @@ mod texels;
 pub mod tmms;
 pub mod variance_minimization;
 
+pub use description::EnvironmentDescription;
 pub use gallery::{embedded_map, embedded_maps};
 pub use light::{Light, LightKind, LightSampler, LightSet};
 pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};

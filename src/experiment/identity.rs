@@ -3,6 +3,7 @@
 //!
 //! Every key is a hash of JSON with its parts in a fixed order. Files count by what is in them.
 
+use crate::environment::EnvironmentDescription;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io;
@@ -14,8 +15,8 @@ use serde_json::{Value, json};
 
 use super::Job;
 use crate::scene::{
-    EnvironmentDescription, Material, SceneDescription, ShapeDescription, ShapeSource,
-    TextureDescription, TextureSource, View,
+    Material, SceneDescription, ShapeDescription, ShapeSource, TextureDescription, TextureSource,
+    View,
 };
 use crate::technique::{Technique, TechniqueEntry, Terms};
 

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use super::geometry::{Loaded, WorldShape, is_degenerate, load_shape};
 use super::texture::estimated_bytes;
 use super::{
-    Bsdf, ColourSource, EnvironmentDescription, Material, Needs, PointLight, SceneDescription,
-    SceneError, Texture, TextureDescription, View,
+    Bsdf, ColourSource, Material, Needs, PointLight, SceneDescription, SceneError, Texture,
+    TextureDescription, View,
 };
-use crate::environment::{Environment, EnvironmentError};
+use crate::environment::{Environment, EnvironmentDescription, EnvironmentError};
 
 /// What the diagonal of a scene is taken for whose unit nobody declares: formulas in metres then do not
 /// depend on the unit, and a room of about this size gets what it would get if it were declared.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use glam::{DMat4, DVec3};
 
 use super::{Material, View, Wrap};
-use crate::environment::EnvironmentRows;
+use crate::environment::EnvironmentDescription;
 
 /// A parsed scene. Lengths are in scene units, right-handed, y up; colours are linear Rec.709.
 #[derive(Clone, Debug, Default)]
@@ -204,36 +204,4 @@ impl LightDescription {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } => intensity,
         }
     }
-}
-
-/// Light from infinity.
-#[derive(Clone, Debug)]
-pub enum EnvironmentDescription {
-    Constant {
-        radiance: [f32; 3],
-    },
-    /// A latitude–longitude map: u = 0.5, v = 0.5 looks along +z, the top row along +y before
-    /// `to_world` turns it.
-    Map {
-        path: PathBuf,
-        scale: f32,
-        to_world: DMat4,
-        rows: EnvironmentRows,
-    },
-    /// One of [`crate::environment::embedded_maps`].
-    Embedded {
-        name: String,
-        scale: f32,
-        to_world: DMat4,
-    },
-    /// Hosek–Wilkie sky with or without the solar disc.
-    SunSky {
-        /// Unit vector towards the sun, world space.
-        sun_direction: DVec3,
-        turbidity: f32,
-        albedo: f32,
-        sun: bool,
-        sky: bool,
-        scale: f32,
-    },
 }

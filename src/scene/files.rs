@@ -1,6 +1,7 @@
 //! The files that a scene names, and what becomes of a scene without them.
 
-use super::{BuildReport, EnvironmentDescription, Needs, SceneDescription, SceneError};
+use super::{BuildReport, Needs, SceneDescription, SceneError};
+use crate::environment::EnvironmentDescription;
 
 /// A file that is not there, in words, and whether light comes from it.
 struct Absent {

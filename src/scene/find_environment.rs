@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DMat4;
 
+use super::SceneError;
 use super::find::search_folders;
 use super::text::nearest;
-use super::{EnvironmentDescription, SceneError};
-use crate::environment::{EnvironmentRows, embedded_maps};
+use crate::environment::{EnvironmentDescription, EnvironmentRows, embedded_maps};
 
 const EXTENSIONS: [&str; 2] = ["hdr", "exr"];
 

@@ -31,8 +31,8 @@ mod view;
 pub use build::{ASSUMED_DIAGONAL_M, BuildReport, CategoryBytes, Scene, Shape};
 pub use check::{SceneCheck, check_scene};
 pub use description::{
-    EnvironmentDescription, LightDescription, SceneDescription, ShapeDescription, ShapeSource,
-    TextureDescription, TextureSource,
+    LightDescription, SceneDescription, ShapeDescription, ShapeSource, TextureDescription,
+    TextureSource,
 };
 pub use error::SceneError;
 pub use find::{find_scene, find_scene_in, shipped_scenes};

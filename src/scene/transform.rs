@@ -1,8 +1,9 @@
 //! A similarity of a whole scene, for tests of scale, rotation and translation.
 
+use crate::environment::EnvironmentDescription;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
-use super::{EnvironmentDescription, LightDescription, SceneDescription};
+use super::{LightDescription, SceneDescription};
 
 impl SceneDescription {
     /// Scales, then turns about +y, then moves everything, cameras, lights and declared lengths

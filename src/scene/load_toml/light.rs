@@ -4,8 +4,8 @@ use glam::{DMat4, DVec3};
 
 use super::Loader;
 use super::keys::Keys;
-use crate::environment::EnvironmentRows;
-use crate::scene::{EnvironmentDescription, LightDescription, SceneError};
+use crate::environment::{EnvironmentDescription, EnvironmentRows};
+use crate::scene::{LightDescription, SceneError};
 
 impl Loader {
     pub(super) fn environment(&mut self, keys: &Keys) -> Result<(), SceneError> {

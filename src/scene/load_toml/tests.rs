@@ -1,5 +1,6 @@
 use super::*;
-use crate::scene::{Bsdf, ColourSource, EnvironmentDescription, ShapeSource, Wrap};
+use crate::environment::EnvironmentDescription;
+use crate::scene::{Bsdf, ColourSource, ShapeSource, Wrap};
 
 const VIEW: &str = "[[view]]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\nfov_deg = 45\n";
 const SHAPE: &str = "[[shape]]\nkind = \"cube\"\n";

@@ -6,8 +6,8 @@ use super::Importer;
 use super::element::Element;
 use super::spectrum::{colour, emitted_colour};
 use super::transform::{transform, vector};
-use crate::environment::EnvironmentRows;
-use crate::scene::{EnvironmentDescription, SceneError};
+use crate::environment::{EnvironmentDescription, EnvironmentRows};
+use crate::scene::SceneError;
 
 impl<'a> Importer<'a> {
     pub(super) fn emitter(&mut self, element: &'a Element) -> Result<(), SceneError> {

@@ -2,10 +2,10 @@ use glam::{DMat4, DVec3};
 
 use super::element::parse_document;
 use super::*;
-use crate::environment::EnvironmentRows;
+use crate::environment::{EnvironmentDescription, EnvironmentRows};
 use crate::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, FovAxis, LightDescription, MicrofacetDistribution,
-    ShapeSource, TextureSource, View, Wrap,
+    Bsdf, ColourSource, FovAxis, LightDescription, MicrofacetDistribution, ShapeSource,
+    TextureSource, View, Wrap,
 };
 
 const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='40'/></sensor>";

@@ -1,12 +1,13 @@
 //! The sum over all lights against the path tracer and against light that is known exactly.
 
+use crate::environment::EnvironmentDescription;
 use glam::{DMat4, DVec3, Vec3};
 
 use super::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};
 use crate::sample::Rng;
 use crate::scene::{
-    Bsdf, ColourSource, EnvironmentDescription, LightDescription, Material, MicrofacetDistribution,
-    Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
+    Bsdf, ColourSource, LightDescription, Material, MicrofacetDistribution, Needs, Scene,
+    SceneDescription, ShapeDescription, ShapeSource, View,
 };
 use crate::shade::{Depths, PathTracer};
 use crate::trace::{Ray, RayCounter, Tracer};
