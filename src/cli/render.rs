@@ -205,7 +205,14 @@ fn settings(
                 "--set {text}: one value is expected here"
             )));
         };
+        let takes = |key: &str| entry.about.parameters.iter().any(|p| p.key == key);
         match key.as_str() {
+            "ao_distance" if !takes("distance") => {
+                let id = entry.about.id;
+                return Err(Failure::usage(format!(
+                    "--set {text}: {id} takes no ao_distance; leave it out"
+                )));
+            }
             "max_depth" | "ao_distance" | "metres_per_unit" => {
                 let number = value.as_integer().map(|i| i as f64).or(value.as_float());
                 let number = number
@@ -220,7 +227,7 @@ fn settings(
                 }
             }
             "environment" => description.environment = Some(environment(value)?),
-            _ if entry.about.parameters.iter().any(|p| p.key == key) => {
+            _ if takes(&key) => {
                 technique.insert(key, value.clone());
             }
             _ => {

@@ -76,6 +76,12 @@ pub(super) struct Hierarchy<F: Measure> {
     growth: Growth<F>,
 }
 
+/// What grew below a node: its two children first, and indices that count from there.
+struct Grown {
+    parent: usize,
+    below: Vec<Node>,
+}
+
 struct Growth<F> {
     measure: F,
     /// Clusters of this many members or fewer are not split.
@@ -151,36 +157,38 @@ impl<F: Measure> Hierarchy<F> {
             (rest, start) = (tail, node.end as usize);
         }
         let growth = &self.growth;
-        let grown: Vec<(usize, Vec<Node>)> = tasks
+        let grown: Vec<Grown> = tasks
             .into_par_iter()
-            .map(|(i, node, own)| (i, growth.below(node, own, threshold)))
+            .map(|(parent, node, own)| Grown {
+                parent,
+                below: growth.below(node, own, threshold),
+            })
             .collect();
         self.append_all(&grown);
     }
 
     /// Appends what grew below each node.
-    fn append_all(&mut self, grown: &[(usize, Vec<Node>)]) {
+    fn append_all(&mut self, grown: &[Grown]) {
         let before = self.nodes.len();
         let mut after = before;
-        for (i, below) in grown {
-            self.nodes[*i].children = after as u32;
+        for Grown { parent, below } in grown {
+            self.nodes[*parent].children = after as u32;
             after += below.len();
         }
         let unused = self.nodes[0];
         self.nodes.resize(after, unused);
         let mut places = Vec::with_capacity(grown.len());
         let (mut rest, mut start) = (&mut self.nodes[before..], before);
-        for (_, below) in grown {
+        for Grown { below, .. } in grown {
             let (own, tail) = rest.split_at_mut(below.len());
-            places.push((start, own));
+            places.push((start as u32, own, below));
             (rest, start) = (tail, start + below.len());
         }
-        let copy = |((start, own), (_, below)): ((usize, &mut [Node]), &(usize, Vec<Node>))| {
-            let moved = below.iter().map(|node| node.moved(start as u32));
+        let places = places.into_par_iter().with_min_len(64);
+        places.for_each(|(start, own, below)| {
+            let moved = below.iter().map(|node| node.moved(start));
             own.iter_mut().zip(moved).for_each(|(to, from)| *to = from);
-        };
-        let places = places.into_par_iter().zip(grown);
-        places.with_min_len(64).for_each(copy);
+        });
     }
 
     /// The nodes that a threshold cuts open in descending size, parents before children; at most

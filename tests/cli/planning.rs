@@ -95,6 +95,13 @@ fn what_does_not_go_together_is_refused_with_its_place() {
         refused(&place, &["run", "bad.toml"], expected);
         refused(&place, &["plan", "bad.toml"], expected);
     }
+    let distance = ["--set", "ao_distance=1", "--out", "a.exr"];
+    let paths = ["render", "hard-cases", "--technique", "path-tracing"];
+    refused(
+        &place,
+        &[paths, distance].concat(),
+        &["takes no ao_distance"],
+    );
     // Two views of one scene are two cases.
     let views = format!(
         "{ROOM}{}",
