@@ -28,8 +28,8 @@ pub enum Bias {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct ParameterError {
-    /// Key in the parameter table, if the error belongs to one.
-    pub key: Option<String>,
+    /// Key in the parameter table; `id` for the name of the method itself.
+    pub key: String,
     pub message: String,
 }
 
@@ -37,7 +37,7 @@ impl ParameterError {
     /// An error of one key.
     pub fn new(key: &str, message: impl Into<String>) -> Self {
         Self {
-            key: Some(key.to_owned()),
+            key: key.to_owned(),
             message: message.into(),
         }
     }

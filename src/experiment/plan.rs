@@ -233,7 +233,7 @@ impl Planner<'_> {
             return Err(self.source.error(&["technique"], message));
         }
         let built = (technique.build)(&config.parameters).map_err(|error| {
-            let path = ["parameters", error.key.as_deref().unwrap_or("")];
+            let path = ["parameters", &error.key];
             self.source.error(&path, error.message)
         })?;
         if config.spp == 0 || config.repeats == 0 {
@@ -372,7 +372,7 @@ impl Planner<'_> {
             })?;
             let started = technique.start(&id, &parameters, Terms::default());
             let method = started.map_err(|error| {
-                let key = error.key.as_deref().unwrap_or("id");
+                let key = &error.key;
                 self.source.error(&["method", &index, key], error.message)
             })?;
             let label = label.unwrap_or_else(|| method.id.clone());

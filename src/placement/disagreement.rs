@@ -7,7 +7,6 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Refinable;
-use super::egr::each_pixel_around;
 use crate::cache::{NO_POINT, Neighbour, Ranking, ShadingPoints};
 
 /// Half the width of the window that a gain is summed over, pixels.
@@ -299,6 +298,20 @@ impl<'a> Disagreement<'a> {
             }
         });
         if gain.is_finite() { gain } else { 0.0 }
+    }
+}
+
+/// The pixels of the square of `reach` pixels around one, clipped by the film.
+fn each_pixel_around(
+    points: &ShadingPoints,
+    (pixel, reach): (usize, usize),
+    mut visit: impl FnMut(usize),
+) {
+    let (x, y) = (pixel % points.width, pixel / points.width);
+    for row in y.saturating_sub(reach)..(y + reach + 1).min(points.height) {
+        for column in x.saturating_sub(reach)..(x + reach + 1).min(points.width) {
+            visit(row * points.width + column);
+        }
     }
 }
 

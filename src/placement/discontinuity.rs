@@ -171,7 +171,7 @@ fn draw_until_tired(
     (rng, drawn, count): (&mut Rng, &mut Vec<u32>, usize),
 ) {
     let mut rejected = 0;
-    while drawn.len() < count && rejected < PATIENCE {
+    while drawn.len() < count {
         // All threads look up where the next draws fall; they are taken one after another.
         let mut ahead = rng.clone();
         let draws: Vec<[f64; 2]> = (drawn.len()..count.min(drawn.len() + BATCH))
@@ -190,9 +190,9 @@ fn draw_until_tired(
                 rejected = 0;
             } else {
                 rejected += 1;
-            }
-            if rejected == PATIENCE {
-                return;
+                if rejected == PATIENCE {
+                    return;
+                }
             }
         }
     }

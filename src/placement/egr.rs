@@ -207,16 +207,43 @@ impl<'a> SpacedGrid<'a> {
     }
 }
 
-/// The pixels of the square of `reach` pixels around one, clipped by the film.
-pub(super) fn each_pixel_around(
-    points: &ShadingPoints,
-    (pixel, reach): (usize, usize),
-    mut visit: impl FnMut(usize),
-) {
-    let (x, y) = (pixel % points.width, pixel / points.width);
-    for row in y.saturating_sub(reach)..(y + reach + 1).min(points.height) {
-        for column in x.saturating_sub(reach)..(x + reach + 1).min(points.width) {
-            visit(row * points.width + column);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_keep_their_distance_and_none_that_has_room_is_passed_over() {
+        let (width, height) = (61, 37);
+        let pixels = width * height;
+        let points = ShadingPoints {
+            width,
+            height,
+            pixel: (0..pixels as u32).collect(),
+            point_of_pixel: (0..pixels as u32).collect(),
+            ..ShadingPoints::default()
+        };
+        let mut order: Vec<u32> = (0..pixels as u32).collect();
+        keep_random(&mut order, pixels, &mut Rng::new(5, 0, 0, 0));
+        let far = |a: u32, b: u32, reach: usize| {
+            let [(x, y), (u, v)] = [a, b].map(|p| (p as usize % width, p as usize / width));
+            x.abs_diff(u) > reach || y.abs_diff(v) > reach
+        };
+        for reach in [0, 1, 4, 9] {
+            let mut expected: Vec<u32> = Vec::new();
+            for &point in &order {
+                if expected.iter().all(|&other| far(point, other, reach)) {
+                    expected.push(point);
+                }
+            }
+            let mut free = vec![true; pixels];
+            let wanted = (expected.len(), reach as f64);
+            let chosen = spaced(&points, (&order, &mut free), wanted);
+            assert_eq!(chosen, expected, "{reach} pixels");
+            assert!(chosen.iter().all(|&point| !free[point as usize]));
         }
+        // More than fit are had by halving the distance.
+        let mut free = vec![true; pixels];
+        let all = spaced(&points, (&order, &mut free), (pixels, 9.0));
+        assert_eq!(all.len(), pixels);
     }
 }

@@ -108,7 +108,7 @@ fn every_value_out_of_range_is_refused_with_its_key_and_what_is_expected() {
                     panic!("{} takes {given}", about.id);
                 };
                 let key = path.first().unwrap_or(&parameter.key);
-                assert_eq!(error.key.as_deref(), Some(*key), "{} {given}", about.id);
+                assert_eq!(error.key, *key, "{} {given}", about.id);
                 for said in [parameter.key, &parameter.permitted()] {
                     assert!(error.message.contains(said), "{given}: {error}");
                 }
@@ -124,7 +124,7 @@ fn keys_that_are_not_declared_are_refused() {
     each_entry(|about, build| {
         let key = "no_such_key";
         let error = build(&table(&[], key, Value::Boolean(true))).expect_err(about.id);
-        assert_eq!(error.key.as_deref(), Some(key), "{}: {error}", about.id);
+        assert_eq!(error.key, key, "{}: {error}", about.id);
     });
 }
 

@@ -139,7 +139,7 @@ mod tests {
             ("interpolation = 'gradient'\nclamp = 11.0", "clamp"),
         ] {
             let error = build("VGC", parameters).err().expect(parameters);
-            assert_eq!(error.key.as_deref(), Some(key), "{parameters}: {error}");
+            assert_eq!(error.key, key, "{parameters}: {error}");
         }
         for parameters in ["rounds = 0", "spacing = 5.0", "ratio = 1.0"] {
             assert!(build("VGC+EGR", parameters).is_err(), "{parameters}");

@@ -416,7 +416,7 @@ fn images_do_not_depend_on_threads() {
 fn parameters_out_of_range_name_their_key() {
     let key = |text: &str| {
         let table: Table = text.parse().expect("toml");
-        (ENTRY.build)(&table).err().and_then(|e| e.key)
+        (ENTRY.build)(&table).err().map(|e| e.key)
     };
     assert_eq!(key("lights = 0").as_deref(), Some("lights"));
     assert_eq!(key("clamp = -1.0").as_deref(), Some("clamp"));
