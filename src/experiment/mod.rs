@@ -43,7 +43,7 @@ pub use plan::{Job, Plan, plan};
 pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{Row, to_csv};
-pub use run::{Outcome, RunError, RunOptions, build_technique, load_scene, run, shot_of};
+pub use run::{Outcome, RunError, RunOptions, build_technique, load_world, run, shot_of};
 pub use scale::Scale;
 pub use store::Store;
 pub use suite::{Member, Suite};
