@@ -22,6 +22,7 @@ mod reference;
 mod row;
 mod run;
 mod scale;
+mod scenes;
 mod store;
 mod suite;
 
