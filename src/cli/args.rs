@@ -72,6 +72,9 @@ pub struct RunArgs {
     /// Say nothing on stderr
     #[arg(long)]
     pub quiet: bool,
+    /// Save a sequence at work every so many seconds, so that it goes on there after an interruption
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    pub checkpoint: f64,
     /// Print what each stage took, and how much of it one thread did alone
     #[arg(long)]
     pub profile: bool,
@@ -296,4 +299,11 @@ pub struct ListArgs {
 pub struct ExplainArgs {
     /// KIND/ID or ID; `all` prints every page
     pub entry: String,
+}
+
+/// A number of seconds, 0 or more.
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok();
+    let seconds = seconds.filter(|s| (0.0..=1e9).contains(s));
+    seconds.ok_or_else(|| "expected seconds, 0 or more".into())
 }

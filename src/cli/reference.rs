@@ -3,7 +3,6 @@
 use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
 use super::out::say;
-use super::run::references_beside;
 use crate::experiment::{Reference, ReferenceStore, Store, build_technique, load_world, shot_of};
 
 /// One line a stored reference.
@@ -44,9 +43,7 @@ pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
 /// Adds passes to every reference of a results folder.
 pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
     let plan = Store::open(&args.folder)?.plan()?;
-    let store = ReferenceStore {
-        folder: references_beside(&args.folder),
-    };
+    let store = ReferenceStore::beside(&args.folder);
     let mut done: Vec<&str> = Vec::new();
     for job in &plan.jobs {
         if done.contains(&job.reference.as_str()) {

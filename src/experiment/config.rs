@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::locate::locate;
 use super::scale::Scale;
+use super::sequence::SequenceSpec;
 
 /// An experiment as written. Every key has a default but `name`, `technique`, `scene` and `method`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -21,6 +22,18 @@ pub struct Config {
     #[serde(default)]
     pub parameters: toml::Table,
     pub scene: Vec<SceneChoice>,
+    /// Frames and viewers; without it each scene is one still picture.
+    #[serde(default)]
+    pub sequence: Option<SequenceSpec>,
+    /// Camera paths, lights, shapes and motions that each scene has besides its own, as in scene files.
+    #[serde(default)]
+    pub path: Vec<toml::Table>,
+    #[serde(default)]
+    pub light: Vec<toml::Table>,
+    #[serde(default)]
+    pub shape: Vec<toml::Table>,
+    #[serde(default)]
+    pub motion: Vec<toml::Table>,
     /// The contenders: `id`, optional `label`, and the method's parameters.
     pub method: Vec<toml::Table>,
     /// Records of every contender at full size.
@@ -115,6 +128,9 @@ pub struct SceneChoice {
     pub paper: Option<String>,
     #[serde(default)]
     pub view: Option<String>,
+    /// In place of the `path` of `[sequence]`.
+    #[serde(default)]
+    pub path: Option<String>,
     #[serde(default)]
     pub caches: Option<u64>,
     #[serde(default)]

@@ -15,7 +15,9 @@ mod light_files;
 mod locate;
 mod overrides;
 mod panics;
+mod pictures;
 mod plan;
+mod play;
 mod progress;
 mod provenance;
 mod reference;
@@ -23,8 +25,10 @@ mod row;
 mod run;
 mod scale;
 mod scenes;
+mod sequence;
 mod store;
 mod suite;
+mod truths;
 
 pub use budget::Budget;
 pub use case::{Case, NamedPlace, Place, Swept};
@@ -46,5 +50,9 @@ pub use reference::{Reference, ReferenceStore};
 pub use row::{Row, to_csv};
 pub use run::{Outcome, RunError, RunOptions, build_technique, load_world, run, shot_of};
 pub use scale::Scale;
+pub use scenes::Additions;
+pub use sequence::{
+    FrameRecord, Frames, Keep, KeepWord, Sequence, SequenceSpec, Viewer, ViewerRule, ViewersSpec,
+};
 pub use store::Store;
 pub use suite::{Member, Suite};

@@ -10,7 +10,8 @@ use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
-use super::scenes::{FoundScene, find_scenes};
+use super::scenes::{Additions, FoundScene, find_scenes};
+use super::sequence::Sequence;
 use crate::technique::{Technique, TechniqueEntry, Terms};
 
 /// What images of a given time count as in estimates, with those that the time is found by.
@@ -44,7 +45,16 @@ pub struct Job {
     pub asked: String,
     /// The paper's name of the scene.
     pub paper: Option<String>,
+    /// The view, or the paths that viewers follow.
     pub view: String,
+    /// What is seen over time; of a still one frame of one view.
+    pub sequence: Sequence,
+    /// What the config adds to the scene.
+    #[serde(default)]
+    pub additions: Option<Additions>,
+    /// Key of what the scene shows, and whether that changes with time.
+    pub shown: String,
+    pub moves: bool,
     pub transform: Option<SceneTransform>,
     /// In place of what the scene declares.
     #[serde(default)]
@@ -67,7 +77,7 @@ pub struct Job {
     pub spp: u32,
     /// Swept keys and their values in this job.
     pub sweep: BTreeMap<String, Value>,
-    /// Key of the reference image.
+    /// Key of the reference image; of a sequence one that stands for all of its references.
     pub reference: String,
     pub allow_non_finite: bool,
 }
@@ -78,12 +88,13 @@ impl Job {
     pub fn estimated_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
         let samples = pixels * u64::from(self.spp);
-        match self.budget {
+        let image = match self.budget {
             Budget::Caches(caches) => pixels + samples + caches * self.rays_per_evaluation(),
             Budget::Lights(lights) => samples * (1 + lights),
             Budget::Samples(paths) => pixels * paths * self.rays_per_evaluation(),
             Budget::Seconds(seconds) => samples + (seconds * RAYS_PER_SECOND) as u64,
-        }
+        };
+        image * self.sequence.images() as u64
     }
 
     /// What a results folder knows it by: its id, and what its row is called.
@@ -97,8 +108,14 @@ impl Job {
             .map_or(0, |technique| technique.rays_per_evaluation())
     }
 
-    /// Rays of its reference.
+    /// Rays of all its references.
     pub fn reference_rays(&self) -> u64 {
+        let images = self.sequence.measured().count() * self.sequence.viewers.len();
+        self.rays_of_reference() * images as u64
+    }
+
+    /// Rays of one of its references.
+    pub fn rays_of_reference(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
         self.built_technique().map_or(0, |technique| {
             let samples = u64::from(technique.reference_samples(self.spp));
@@ -324,8 +341,9 @@ impl Planner<'_> {
         methods: &[(String, String, Table)],
     ) -> Result<(), ConfigError> {
         let (config, choice, description) = (self.config, scene.choice, &scene.description);
-        let view = scene.view()?;
-        let [width, height] = scene.size(config, view)?;
+        let (sequence, view) = scene.sequence(config)?;
+        let [width, height] = scene.size(config, &view)?;
+        let place = sequence.place();
         let budget =
             Budget::of(config, choice).map_err(|(key, message)| scene.error(key, message))?;
         let entry = self.technique()?;
@@ -343,7 +361,7 @@ impl Planner<'_> {
                 .check()
                 .map_err(|message| scene.error("transform", message))?;
         }
-        if self.is_left_out(plan, scene, &view.name, &methods[0].1)? {
+        if self.is_left_out(plan, scene, &place, &methods[0].1)? {
             return Ok(());
         }
         let key = scene_key(description);
@@ -355,7 +373,11 @@ impl Planner<'_> {
                     found: scene.found.clone(),
                     asked: choice.name.clone(),
                     paper: choice.paper.clone(),
-                    view: view.name.clone(),
+                    view: place.clone(),
+                    sequence: sequence.clone(),
+                    additions: scene.additions.clone(),
+                    shown: key.clone(),
+                    moves: !description.motions.is_empty(),
                     transform: choice.transform,
                     metres_per_unit: choice.metres_per_unit,
                     incomplete: choice.incomplete,
@@ -374,7 +396,7 @@ impl Planner<'_> {
                     reference: String::new(),
                     allow_non_finite: config.allow_non_finite,
                 };
-                job.identify(entry, &key, view);
+                job.identify(entry, description);
                 plan.jobs.push(job);
             }
         }

@@ -134,6 +134,19 @@ impl Reference {
 }
 
 impl ReferenceStore {
+    /// `results/references` for `results/<name>`.
+    pub fn beside(folder: &Path) -> Self {
+        let parent = folder.parent().unwrap_or(Path::new("results"));
+        Self {
+            folder: parent.join("references"),
+        }
+    }
+
+    /// The mean of a stored reference; `None` where there is none.
+    pub fn mean(&self, key: &str) -> Option<Image> {
+        Some(Reference::read(&self.path(key)).ok()?.mean)
+    }
+
     pub fn path(&self, key: &str) -> PathBuf {
         self.folder.join(format!("{key}.exr"))
     }

@@ -22,7 +22,7 @@ pub mod truth;
 
 pub use cached::{CachedFunction, CachedTechnique, Lookup};
 pub use contender::{
-    Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms,
+    Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms, play_frame,
 };
 pub use distribution::Distribution;
 
