@@ -13,6 +13,7 @@ mod expression;
 mod identity;
 mod light_files;
 mod locate;
+mod lock;
 mod overrides;
 mod panics;
 mod pictures;

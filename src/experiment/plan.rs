@@ -160,6 +160,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     for key in single.iter().map(|(k, _)| k) {
         axes.remove(key);
     }
+    Additions::refuse_overrides(single.iter().map(|(key, _)| key).chain(axes.keys()))?;
     let mut plan = Plan {
         name: base.name.clone(),
         title: base.title.clone(),

@@ -60,6 +60,22 @@ impl Additions {
         })
     }
 
+    /// They are read with their places in the config's text, which overrides and sweeps do not change.
+    pub(super) fn refuse_overrides<'a>(
+        keys: impl Iterator<Item = &'a String>,
+    ) -> Result<(), ConfigError> {
+        for key in keys {
+            let first = key.split('.').next().unwrap_or_default();
+            if ["path", "light", "shape", "motion"].contains(&first) {
+                return Err(ConfigError::Override {
+                    text: key.clone(),
+                    message: format!("[[{first}]] of a config is changed in its file only"),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Adds them to a scene.
     ///
     /// # Errors
