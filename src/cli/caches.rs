@@ -8,7 +8,7 @@ use super::render::Prepared;
 /// left, stage 0 for the first stage and 1 for the refinement.
 pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
     let prepared = Prepared::new(&args.contender)?;
-    if prepared.is_reference() {
+    if prepared.is_exact() {
         return Err(Failure::usage(
             "the reference has no records; name a method that has",
         ));
@@ -19,7 +19,7 @@ pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
             "only distributions have records; name one with --method",
         ));
     }
-    let width = prepared.shot().width as u32;
+    let width = prepared.job.width as u32;
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(["x", "y", "z", "nx", "ny", "nz", "px", "py", "stage"])?;
     for record in &rendered.records {

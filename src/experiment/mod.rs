@@ -11,6 +11,7 @@ mod config;
 mod equal_time;
 mod expression;
 mod identity;
+mod image;
 mod light_files;
 mod locate;
 mod overrides;
@@ -38,6 +39,7 @@ pub use config::{
 pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
 pub use identity::{hash, scene_key};
+pub use image::{EXACT, exact, plan_image, render_job};
 pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
 pub use overrides::Override;
 pub use plan::{Job, Plan, plan};

@@ -11,12 +11,12 @@ use super::light_files::write_lights;
 use super::panics::with_panics_as_errors;
 use super::provenance::{self, Provenance};
 use super::reference::{Reference, ReferenceStore};
-use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progress};
+use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress, render_job};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::memory;
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::{Scene, find_environment, find_scene};
-use crate::technique::{Choice, Film, Rendered, Search, Shot, Technique, TechniqueEntry, Terms};
+use crate::technique::{Film, Rendered, Search, Shot, Technique, TechniqueEntry};
 use crate::world::{Moment, World};
 
 /// How often the rows so far are written, at most.
@@ -118,7 +118,10 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
 
 /// Whether two jobs look at the same loaded scene.
 fn same_scene(a: &Job, b: &Job) -> bool {
-    let loaded = |job: &Job| (job.transform, job.metres_per_unit, job.incomplete);
+    let loaded = |job: &Job| {
+        let replaced = (job.metres_per_unit, job.max_depth);
+        (job.transform, replaced, job.incomplete)
+    };
     a.found == b.found && a.environment == b.environment && loaded(a) == loaded(b)
 }
 
@@ -282,21 +285,7 @@ impl Runner {
             maps: true,
             ..CompareOptions::default()
         };
-        let render = |count: u64| {
-            let choice = Choice {
-                method: &job.method,
-                parameters: &job.method_parameters,
-                terms: Terms {
-                    budget: count as usize,
-                    seed: job.seed,
-                },
-            };
-            choice.still(technique, shot, Some(&reference.mean))
-        };
-        let render = || match job.budget {
-            Budget::Caches(count) | Budget::Lights(count) | Budget::Samples(count) => render(count),
-            Budget::Seconds(seconds) => equal_time::render_within(seconds, render),
-        };
+        let render = || render_job(job, (technique, shot), Some(&reference.mean));
         let result = with_panics_as_errors(render).and_then(|rendered| {
             let uncharged = start.elapsed().as_secs_f64() - rendered.stages.total().wall;
             self.progress.spend("not charged", uncharged);
@@ -345,6 +334,9 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
     }
     if let Some(metres) = job.metres_per_unit {
         description.metres_per_unit = Some(metres);
+    }
+    if let Some(edges) = job.max_depth {
+        description.max_depth = edges;
     }
     description.require_files(technique.needs(), job.incomplete)?;
     if let Some(t) = job.transform {
