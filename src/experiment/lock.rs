@@ -18,10 +18,7 @@ impl Lock {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder)?;
         }
-        let opened = File::options()
-            .create(true)
-            .append(true)
-            .open(&path)?;
+        let opened = File::options().create(true).append(true).open(&path)?;
         opened.lock()?;
         Ok(Self {
             _file: opened,
