@@ -65,7 +65,12 @@ fn frames_csv() -> String {
                 true => "false,,,".to_owned(),
                 false => format!("true,{rmse},{},{KEY}", rmse / 2.0),
             };
-            writeln!(text, "{frame},{viewer},{time},{measured},{},5", 1000 + frame).expect("text");
+            writeln!(
+                text,
+                "{frame},{viewer},{time},{measured},{},5",
+                1000 + frame
+            )
+            .expect("text");
         }
     }
     text
@@ -141,14 +146,35 @@ fn timelines_show_means_over_viewers_from_the_warm_up_on() {
     // Two panels with a shade each, and one in the legend.
     assert_eq!(svg.matches("opacity=\"0.08\" fill=\"#000000\"").count(), 3);
     // Nine measured frames of two methods, twelve frames with rays.
-    let corners = |line: &str| line.split("points=\"").nth(1).map(|p| p.split('"').next().map(|p| p.split_whitespace().count()));
-    let lines = svg.lines().filter(|l| l.starts_with("<polyline fill=\"none\""));
-    let long: Vec<usize> = lines.filter_map(corners).flatten().filter(|n| *n > 5).collect();
+    let corners = |line: &str| {
+        line.split("points=\"")
+            .nth(1)
+            .map(|p| p.split('"').next().map(|p| p.split_whitespace().count()))
+    };
+    let lines = svg
+        .lines()
+        .filter(|l| l.starts_with("<polyline fill=\"none\""));
+    let long: Vec<usize> = lines
+        .filter_map(corners)
+        .flatten()
+        .filter(|n| *n > 5)
+        .collect();
     assert_eq!(long, [9, 9, 12, 12]);
     let apart = folder.text("figures/apart-atrium.svg");
-    assert!(apart.contains("time, s") && apart.contains("gallery") && apart.contains("&lt;aisle&gt;"));
-    assert!(written.summary.contains("no frame has `rmse_cold`"), "{}", written.summary);
-    assert!(read(&folder.path.join("figures/time-atrium.png")).expect("png").width > 900);
+    assert!(
+        apart.contains("time, s") && apart.contains("gallery") && apart.contains("&lt;aisle&gt;")
+    );
+    assert!(
+        written.summary.contains("no frame has `rmse_cold`"),
+        "{}",
+        written.summary
+    );
+    assert!(
+        read(&folder.path.join("figures/time-atrium.png"))
+            .expect("png")
+            .width
+            > 900
+    );
 }
 
 #[test]
@@ -172,7 +198,7 @@ fn a_job_without_its_frames_is_noted() {
     assert!(summary.contains("no frame was kept"), "{summary}");
     let page = folder.text("report.html");
     assert!(!page.contains("class=\"play\""));
-    assert!(page.contains("atrium (ATRIUM), frame 7 of viewer"));
+    assert!(page.contains("<h3>atrium, frame 7 of viewer &lt;aisle&gt;<"));
 }
 
 #[test]
@@ -197,8 +223,18 @@ fn the_page_plays_kept_frames_for_each_viewer() {
         let escaped = text.replace('/', "&#x2f;");
         assert!(page.contains(&text) || page.contains(&escaped), "{text}");
     }
-    assert!(folder.path.join("figures/viewer/atrium-_reference-000007-1.png").is_file());
-    assert!(!folder.path.join("figures/viewer/atrium-_reference-000000-0.png").exists());
+    assert!(
+        folder
+            .path
+            .join("figures/viewer/atrium-_reference-000007-1.png")
+            .is_file()
+    );
+    assert!(
+        !folder
+            .path
+            .join("figures/viewer/atrium-_reference-000000-0.png")
+            .exists()
+    );
     let sheet = read(&folder.path.join("figures/sheet-atrium.png")).expect("png");
     assert!(sheet.width > 800 && sheet.height > 300);
 }

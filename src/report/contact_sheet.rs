@@ -1,6 +1,6 @@
 //! Kept frames of a sequence on one sheet: the reference and each method a row, the frames columns.
 
-use super::canvas::{Rect, blit, fill, fitted_size, scaled, white};
+use super::canvas::{Rect, blit, fill, frame, scaled, white};
 use super::data::{Data, SceneOf};
 use super::figure::{Drawing, Shown};
 use super::font::{Align, Fonts, Ink};
@@ -21,6 +21,7 @@ const HEAD: usize = 34;
 /// Height of the errors under a picture.
 const VALUES: usize = 28;
 const ABSENT: [f32; 3] = [0.92; 3];
+const RIM: [f32; 3] = [0.75; 3];
 
 /// What is drawn, by columns and rows.
 struct Sheet {
@@ -118,8 +119,7 @@ pub fn draw(
 impl Sheet {
     fn draw(&self, fonts: &Fonts, title: &str, image: (usize, usize)) -> Image {
         let columns = self.heads.len();
-        let widest = (WIDTH / columns).clamp(200, 480);
-        let cell = fitted_size(image, (widest, widest));
+        let cell = cell_size(image, (WIDTH / columns).clamp(220, 480));
         let ink = Ink::black(23.0);
         let labels = self
             .rows
@@ -127,7 +127,7 @@ impl Sheet {
             .map(|row| fonts.width(&row.label, ink.size_px));
         let room = labels.fold(80.0, f32::max).min(240.0);
         let left = MARGIN + room as usize + 2 * GAP;
-        let pitch = (cell.0.max(190) + GAP, cell.1 + VALUES + GAP);
+        let pitch = (cell.0.max(200) + GAP, cell.1 + VALUES + GAP);
         let top = MARGIN + TITLE + HEAD;
         let mut canvas = white(
             left + columns * pitch.0 - GAP + MARGIN,
@@ -153,7 +153,9 @@ impl Sheet {
                     Some(image) => blit(&mut canvas, &scaled(image, cell), corner),
                     None => fill(&mut canvas, rect(corner, cell), ABSENT),
                 }
-                let (text, small) = fonts.fitted(text, Ink::black(18.0), pitch.0 as f32);
+                frame(&mut canvas, rect(corner, cell), 1, RIM);
+                let room = (pitch.0 - 2 * GAP) as f32;
+                let (text, small) = fonts.fitted(text, Ink::black(18.0), room);
                 let at = (
                     (corner.0 + cell.0 / 2) as f32,
                     (y + cell.1 + VALUES - 9) as f32,
@@ -163,6 +165,13 @@ impl Sheet {
         }
         canvas
     }
+}
+
+/// The aspect of the images, at this longer side.
+fn cell_size((width, height): (usize, usize), longest: usize) -> (usize, usize) {
+    let scale = longest as f64 / width.max(height).max(1) as f64;
+    let side = |n: usize| ((n as f64 * scale).round() as usize).max(1);
+    (side(width), side(height))
 }
 
 fn rect((x, y): (usize, usize), (width, height): (usize, usize)) -> Rect {

@@ -9,7 +9,6 @@ use super::data::{Asked, Data, SceneOf};
 use super::estimate::Estimate;
 use super::figure::{shows_method, title_of};
 use super::frame_table::FrameTable;
-use super::number::Style;
 use super::plot;
 use super::timeline_plot::{Line, Panel, Point, Sheet};
 use crate::experiment::{FigureSpec, Sequence, Swept, frame_column};
@@ -164,10 +163,7 @@ fn panel(
             if in_time { "time, s" } else { "frame" }.into(),
             Axis::between([x(first), x(last)], step),
         ),
-        y: (
-            heading(column, &lines),
-            Axis::over(lines.iter().flat_map(|l| &l.points).map(|p| p.y), true),
-        ),
+        y: (plot::axis_name(frame_column(column)), scale(&lines)),
         warm_up_end: before.map(|last| {
             let ends = [last, last + 1].map(|place| x(sequence.frames[place]));
             (ends[0] + ends[1]) / 2.0
@@ -176,18 +172,12 @@ fn panel(
     }
 }
 
-/// The name and unit of an axis; ticks are in units of the file.
-fn heading(column: &str, lines: &[Line]) -> String {
-    let column = frame_column(column);
-    let any = lines.iter().flat_map(|l| &l.points).map(|p| p.y);
-    let unit = match any.clone().next() {
-        Some(_) => Style::of(column.unit, [1.0].into_iter()).unit,
-        None => "",
-    };
-    match unit {
-        "" => column.heading,
-        unit => format!("{}, {unit}", column.heading),
-    }
+/// An axis for all values, and for what lies within their intervals unless that is far from all values.
+fn scale(lines: &[Line]) -> Axis {
+    let points = || lines.iter().flat_map(|line| &line.points);
+    let most = 1.3 * points().map(|p| p.y).fold(0.0, f64::max);
+    let ends = points().flat_map(|p| [p.y, (p.y + p.half).min(most.max(p.y))]);
+    Axis::over(ends, true)
 }
 
 /// Of each frame the mean over viewers and seeds, with its interval over seeds.

@@ -11,7 +11,7 @@ use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
 const WIDTH: u32 = 1080;
 const HEIGHT: u32 = 290;
 /// Height of the line that names viewers and the warm-up.
-const KEYS: u32 = 30;
+const KEYS: u32 = 36;
 const SHADE: RGBAColor = RGBAColor(0, 0, 0, 0.08);
 /// Markers of a line at most, about.
 const MARKERS: usize = 10;
@@ -168,8 +168,9 @@ impl Plot for Sheet {
         let cells = sheets.split_evenly((rows * self.columns.len(), self.across));
         for (column, panels) in self.columns.iter().enumerate() {
             let own = cells.iter().skip(column * rows * self.across);
+            let is_last = column + 1 == self.columns.len();
             for (area, panel) in own.zip(panels) {
-                draw_panel(area, panel)?;
+                draw_panel(area, panel, is_last)?;
             }
         }
         let entries = self.methods.iter().map(|(index, l)| (*index, l.as_str()));
@@ -180,6 +181,7 @@ impl Plot for Sheet {
 fn draw_panel<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     panel: &Panel,
+    names_x: bool,
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let [(_, x), (_, y)] = [&panel.x, &panel.y];
     let mut builder = ChartBuilder::on(area);
@@ -190,16 +192,17 @@ fn draw_panel<B: DrawingBackend>(
         .margin_left(12)
         .margin_right(28)
         .margin_top(10)
-        .x_label_area_size(52)
+        .x_label_area_size(if names_x { 52 } else { 30 })
         .y_label_area_size(82)
         .build_cartesian_2d(x.clone(), y.clone())?;
     if let Some(end) = panel.warm_up_end {
         let corners = [(x.low(), y.low()), (end, y.high())];
         chart.draw_series([Rectangle::new(corners, SHADE.filled())])?;
     }
+    let x_name = if names_x { panel.x.0.as_str() } else { "" };
     chart
         .configure_mesh()
-        .x_desc(panel.x.0.clone())
+        .x_desc(x_name)
         .y_desc(panel.y.0.clone())
         .label_style((FACE, 18))
         .axis_desc_style((FACE, 20))
