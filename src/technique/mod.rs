@@ -137,8 +137,13 @@ pub trait Technique: Send + Sync {
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError>;
 
-    /// The factor on radiance that gives images a comparable exposure, decided once for a sequence, by its
-    /// first shot, and charged to nobody.
+    /// Whether [`Technique::exposure`] depends on the first shot.
+    fn decides_exposure(&self) -> bool {
+        false
+    }
+
+    /// The factor on radiance that gives images a comparable exposure, decided once for each viewer of a sequence, by
+    /// its first shot, and charged to nobody.
     fn exposure(&self, _first: &Shot) -> f32 {
         1.0
     }

@@ -191,6 +191,10 @@ impl Technique for EnvironmentLighting {
         1 + 2 * u64::from(reference_samples.div_ceil(reference_passes))
     }
 
+    fn decides_exposure(&self) -> bool {
+        self.parameters.mean_luminance > 0.0
+    }
+
     fn exposure(&self, first: &Shot) -> f32 {
         match Illumination::new(first) {
             Some(illumination) if self.parameters.mean_luminance > 0.0 => {
