@@ -102,7 +102,7 @@ fn experiment(args: &ContenderArgs) -> Result<Config, Failure> {
         scene.insert("size".into(), parse_size(text)?.to_vec().into());
     }
     if let Some(count) = args.budget {
-        scene.insert(entry.unit.key().into(), (count as i64).into());
+        scene.insert(entry.units[0].key.into(), (count as i64).into());
     }
     let experiment: [(&str, Value); 6] = [
         ("name", "image".into()),

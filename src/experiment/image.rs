@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::config::{Config, ConfigError, Source};
 use super::plan::Planner;
-use super::{Budget, Job, Plan, equal_time};
+use super::{Job, Plan, equal_time};
 use crate::image::Image;
 use crate::technique::{Choice, Passes, Rendered, Shot, Stages, Technique, Terms};
 use crate::trace::RayCounter;
@@ -57,9 +57,9 @@ pub fn render_job(
         };
         choice.still(technique, shot, reference)
     };
-    match job.budget {
-        Budget::Caches(count) | Budget::Lights(count) | Budget::Samples(count) => render(count),
-        Budget::Seconds(seconds) => equal_time::render_within(seconds, render),
+    match job.budget.count() {
+        Some(count) => render(count),
+        None => equal_time::render_within(job.budget.amount, render),
     }
 }
 

@@ -11,12 +11,12 @@ use super::light_files::write_lights;
 use super::panics::with_panics_as_errors;
 use super::provenance::{self, Provenance};
 use super::reference::{Reference, ReferenceStore};
-use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress, render_job};
+use super::{Config, Job, Plan, Row, Store, progress::Progress, render_job};
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::memory;
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::{Scene, find_environment, find_scene};
-use crate::technique::{Film, Rendered, Search, Shot, Technique, TechniqueEntry};
+use crate::technique::{CACHES, Film, Rendered, Search, Shot, Technique, TechniqueEntry};
 use crate::world::{Moment, World};
 
 /// How often the rows so far are written, at most.
@@ -368,13 +368,9 @@ fn fill(
     (rendered, comparison): (&Rendered, &Comparison),
     reference: &Reference,
 ) {
-    match job.budget {
-        Budget::Caches(_) => row.caches = Some(rendered.records.len() as u64),
-        Budget::Samples(_) => {}
-        Budget::Lights(_) | Budget::Seconds(_) => {
-            row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64)
-        }
-    }
+    let shares_records = *job.budget.unit == CACHES;
+    row.caches = shares_records.then_some(rendered.records.len() as u64);
+    row.lights = rendered.lights.as_ref().map(|l| l.lights.len() as u64);
     row.rays = rendered.rays.closest;
     row.shadow_rays = rendered.rays.shadow;
     row.lookups = rendered.lookups;
