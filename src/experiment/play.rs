@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::reference::Reference;
 use super::sequence::{Animation, Checkpoint, FrameRecord, Metrics, Thumbnail};
 use super::truths::Truths;
-use super::{Budget, Job, LIGHTS_IN_TIME};
+use super::{Job, LIGHTS_IN_TIME};
 use crate::image::Image;
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::View;
@@ -74,9 +74,9 @@ impl Player<'_> {
                 time_s,
                 shots: &shots,
             };
-            let images = match (self.job.budget, place) {
-                (Budget::Seconds(seconds), 0) => {
-                    let (count, images) = self.within(seconds, &frame)?;
+            let images = match (self.job.budget.count(), place) {
+                (None, 0) => {
+                    let (count, images) = self.within(self.job.budget.amount, &frame)?;
                     state.count = Some(count);
                     if sequence.images() == 1 {
                         images
