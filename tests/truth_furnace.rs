@@ -6,8 +6,8 @@ use glam::{DMat4, DVec3};
 use lightbench::environment::EnvironmentDescription;
 use lightbench::scene::MicrofacetDistribution::{Beckmann, Ggx};
 use lightbench::scene::{
-    Bsdf, ColourSource, LightDescription, Material, Needs, Scene, SceneDescription,
-    ShapeDescription, ShapeSource, View,
+    Bsdf, ColourSource, LightKind, Material, Needs, Scene, SceneDescription, ShapeDescription,
+    ShapeSource, View,
 };
 use lightbench::shade::{Depths, PathTracer, RenderOptions, Rendering, render};
 use lightbench::trace::Tracer;
@@ -174,10 +174,11 @@ fn parallel_light_shades_by_the_cosine() {
     let material = Material::diffuse("ground", [0.6; 3]);
     let mut description = scene("parallel", eye, material, vec![ground]);
     let direction = DVec3::new(0.6, 0.0, -0.8);
-    description.lights = vec![LightDescription::Directional {
+    let sun = LightKind::Directional {
         direction,
         irradiance: [5.0, 1.0, 0.0],
-    }];
+    };
+    description.lights = vec![sun.into()];
     let scene = Scene::build(&description, Needs::ALL).expect("ground");
     let expected = 0.6 / std::f32::consts::PI * 0.8;
     for pixel in small_render(&scene, [4, 4], 4, 2).mean.pixels {

@@ -18,15 +18,9 @@ use truth_support::{agreement, reference, reference_file, small_render};
 
 fn shape(name: &str, source: ShapeSource, to_world: DMat4, material: usize) -> ShapeDescription {
     ShapeDescription {
-        name: name.into(),
-        source,
         to_world,
         material,
-        emission: None,
-        flip_normals: false,
-        face_normals: false,
-        flip_v: false,
-        smooth_normals: false,
+        ..ShapeDescription::new(name, source)
     }
 }
 

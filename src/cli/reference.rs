@@ -4,9 +4,7 @@ use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
 use super::out::say;
 use super::run::references_beside;
-use crate::experiment::{Reference, ReferenceStore, Store, build_technique, load_scene, shot_of};
-use crate::trace::Tracer;
-use crate::world::Moment;
+use crate::experiment::{Reference, ReferenceStore, Store, build_technique, load_world, shot_of};
 
 /// One line a stored reference.
 pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
@@ -65,9 +63,8 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
             );
             continue;
         }
-        let scene = load_scene(job, technique.as_ref())?;
-        let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let shot = shot_of(job, Moment::still(&scene, &tracer))?;
+        let mut world = load_world(job, technique.as_ref())?;
+        let shot = shot_of(job, world.at(0.0))?;
         let mut reference =
             store.obtain(&job.reference, (technique.as_ref(), &shot), &|_, _| {})?;
         let path = store.path(&job.reference);

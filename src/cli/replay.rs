@@ -3,10 +3,9 @@
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Job, LIGHTS_IN_TIME, Row, Store, build_technique, load_scene, shot_of};
+use crate::experiment::{Job, LIGHTS_IN_TIME, Row, Store, build_technique, load_world, shot_of};
 use crate::technique::Terms;
-use crate::trace::{RayCounter, Tracer};
-use crate::world::Moment;
+use crate::trace::RayCounter;
 
 /// The job with the setting that its run picked by error, as its row tells.
 fn with_kept_setting(job: &Job, row: Option<&Row>) -> Job {
@@ -81,9 +80,8 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
             ))
         })?;
     let technique = build_technique(job)?;
-    let scene = load_scene(job, technique.as_ref())?;
-    let tracer = Tracer::new(&scene.positions, &scene.triangles);
-    let shot = shot_of(job, Moment::still(&scene, &tracer))?;
+    let mut world = load_world(job, technique.as_ref())?;
+    let shot = shot_of(job, world.at(0.0))?;
     let terms = Terms {
         budget: budget as usize,
         seed: job.seed,
@@ -106,7 +104,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let lines = contender.replay(&shot, pixel).map_err(Failure::job)?;
     lines.iter().for_each(|line| say!("{line}"));
     let counter = RayCounter::default();
-    let caster = tracer.caster(&counter);
+    let caster = shot.tracer.caster(&counter);
     let function = technique.shading_function(&shot);
     for sample in 0..technique.reference_samples(shot.spp) {
         let mut exact = [[0.0; 3]];

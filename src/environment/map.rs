@@ -243,8 +243,14 @@ impl Environment {
     }
 
     /// Carries directions of the map to the world; orthogonal.
-    pub(super) fn to_world(&self) -> Mat3 {
+    pub(crate) fn to_world(&self) -> Mat3 {
         self.to_world
+    }
+
+    /// Turns the map, which a rotation (mirrored at most) takes to the world.
+    pub(crate) fn turn_to(&mut self, to_world: Mat3) {
+        self.to_world = to_world;
+        self.to_map = to_world.transpose();
     }
 
     /// Polar angle θ of the centre of row `y`.

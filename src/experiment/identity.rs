@@ -29,7 +29,7 @@ pub fn hash(text: &str) -> String {
     blake3::hash(text.as_bytes()).to_hex()[..16].to_owned()
 }
 
-/// A hash of what a scene shows from any view: all that it declares but names, notes and views, and
+/// A hash of what a scene shows from any view: all that it declares but names, notes, views and paths, and
 /// the contents of its files.
 pub fn scene_key(description: &SceneDescription) -> String {
     let SceneDescription {
@@ -45,27 +45,33 @@ pub fn scene_key(description: &SceneDescription) -> String {
         materials,
         textures,
         lights,
+        paths: _,
+        motions,
         environment,
         notes: _,
     } = description;
-    let shown = json!([
-        FORMAT,
-        metres_per_unit,
-        ao_distance,
-        exposure,
-        max_depth,
-        shapes.iter().map(shape).collect::<Vec<_>>(),
-        materials.iter().map(material).collect::<Vec<_>>(),
-        textures.iter().map(texture).collect::<Vec<_>>(),
-        lights,
-        environment.as_ref().map(self::environment),
-    ]);
-    hash(&shown.to_string())
+    let mut shown = vec![
+        json!(FORMAT),
+        json!(metres_per_unit),
+        json!(ao_distance),
+        json!(exposure),
+        json!(max_depth),
+        shapes.iter().map(shape).collect(),
+        materials.iter().map(material).collect(),
+        textures.iter().map(texture).collect(),
+        json!(lights),
+        json!(environment.as_ref().map(self::environment)),
+    ];
+    if !motions.is_empty() {
+        shown.push(json!(motions));
+    }
+    hash(&Value::from(shown).to_string())
 }
 
 fn shape(shape: &ShapeDescription) -> Value {
     let ShapeDescription {
         name: _,
+        object: _,
         source,
         to_world,
         material,

@@ -22,6 +22,7 @@ mod reference;
 mod row;
 mod run;
 mod scale;
+mod scenes;
 mod store;
 mod suite;
 
@@ -43,7 +44,7 @@ pub use plan::{Job, Plan, plan};
 pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{Row, to_csv};
-pub use run::{Outcome, RunError, RunOptions, build_technique, load_scene, run, shot_of};
+pub use run::{Outcome, RunError, RunOptions, build_technique, load_world, run, shot_of};
 pub use scale::Scale;
 pub use store::Store;
 pub use suite::{Member, Suite};

@@ -7,14 +7,12 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::budget::Budget;
-use super::config::{Config, ConfigError, SceneChoice, SceneTransform, Source};
+use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
-use crate::scene::{SceneDescription, find_environment, find_scene};
+use super::scenes::{FoundScene, find_scenes};
 use crate::technique::{Technique, TechniqueEntry, Terms};
 
-/// Pixels of the largest image.
-const LARGEST_IMAGE: usize = 1 << 28;
 /// What images of a given time count as in estimates, with those that the time is found by.
 const RAYS_PER_SECOND: f64 = 2e7;
 
@@ -201,24 +199,12 @@ fn combinations(axes: &BTreeMap<String, Vec<Value>>) -> Vec<BTreeMap<String, Val
         })
 }
 
-/// A scene of the config that was found, under one environment.
-#[derive(Clone, Copy)]
-struct PlannedScene<'a> {
-    /// Position in the config's list, in decimal.
-    index: &'a str,
-    found: &'a str,
-    /// With the environment and the unit of the config.
-    description: &'a SceneDescription,
-    /// Name of the map in the description, if the config names one.
-    environment: Option<&'a str>,
-}
-
 struct Planner<'a> {
     source: &'a Source,
     config: &'a Config,
     sweep: BTreeMap<String, Value>,
     /// Scene, view and swept values of the jobs so far, and the position of their scene.
-    cases: &'a mut HashMap<String, String>,
+    cases: &'a mut HashMap<String, usize>,
 }
 
 impl Planner<'_> {
@@ -242,60 +228,8 @@ impl Planner<'_> {
                 .error(&["spp"], "spp and repeats must be at least 1".into()));
         }
         let methods = self.methods(built.as_ref())?;
-        for (index, choice) in config.scene.iter().enumerate() {
-            let index = index.to_string();
-            let (found, mut description) = match find_scene(&choice.name) {
-                Ok(description) => (choice.name.clone(), description),
-                Err(error) => {
-                    let replaced = choice
-                        .otherwise
-                        .clone()
-                        .and_then(|o| find_scene(&o).ok().map(|d| (o, d)));
-                    let Some(other) = replaced else {
-                        return Err(self
-                            .source
-                            .error(&["scene", &index, "name"], error.to_string()));
-                    };
-                    plan.notes.push(format!(
-                        "scene `{}` was not found; `{}` stands in for it",
-                        choice.name, other.0
-                    ));
-                    other
-                }
-            };
-            if let Some(metres) = choice.metres_per_unit {
-                if !(metres.is_finite() && metres > 0.0) {
-                    let message = "metres_per_unit: expected a number above 0".into();
-                    let path = ["scene", &index, "metres_per_unit"];
-                    return Err(self.source.error(&path, message));
-                }
-                description.metres_per_unit = Some(metres);
-            }
-            let scene = PlannedScene {
-                index: &index,
-                found: &found,
-                description: &description,
-                environment: None,
-            };
-            let environments = choice.environment.as_ref().or(config.environment.as_ref());
-            let Some(environments) = environments else {
-                self.add_scene(plan, &scene, &methods)?;
-                continue;
-            };
-            for name in environments.names() {
-                let mut lit = description.clone();
-                lit.environment = Some(find_environment(name).map_err(|error| {
-                    let path: &[&str] = match choice.environment {
-                        Some(_) => &["scene", &index, "environment"],
-                        None => &["environment"],
-                    };
-                    self.source.error(path, error.to_string())
-                })?);
-                let scene = PlannedScene {
-                    description: &lit,
-                    environment: Some(name),
-                    ..scene
-                };
+        for index in 0..config.scene.len() {
+            for scene in find_scenes(self.source, config, index, &mut plan.notes)? {
                 self.add_scene(plan, &scene, &methods)?;
             }
         }
@@ -316,27 +250,23 @@ impl Planner<'_> {
     fn technique_parameters(
         &self,
         technique: &TechniqueEntry,
-        index: &str,
-        choice: &SceneChoice,
+        scene: &FoundScene,
     ) -> Result<Table, ConfigError> {
         let mut parameters = self.config.parameters.clone();
-        let Some(distance) = choice.ao_distance else {
+        let Some(distance) = scene.choice.ao_distance else {
             return Ok(parameters);
         };
-        if !technique
-            .about
-            .parameters
-            .iter()
-            .any(|p| p.key == "distance")
-        {
-            let id = technique.about.id;
-            let message = format!("{id} takes no `ao_distance`: remove it from the scene");
-            let path = ["scene", index, "ao_distance"];
-            return Err(self.source.error(&path, message));
+        let about = &technique.about;
+        if !about.parameters.iter().any(|p| p.key == "distance") {
+            let message = format!(
+                "{} takes no `ao_distance`: remove it from the scene",
+                about.id
+            );
+            return Err(scene.error("ao_distance", message));
         }
         if !(distance.is_finite() && distance > 0.0) {
             let message = "ao_distance: expected a distance above 0, scene units".into();
-            return Err(self.source.error(&["scene", index, "ao_distance"], message));
+            return Err(scene.error("ao_distance", message));
         }
         parameters.insert("distance".into(), Value::Float(distance));
         Ok(parameters)
@@ -390,98 +320,39 @@ impl Planner<'_> {
     fn add_scene(
         &mut self,
         plan: &mut Plan,
-        scene: &PlannedScene,
+        scene: &FoundScene,
         methods: &[(String, String, Table)],
     ) -> Result<(), ConfigError> {
-        let config = self.config;
-        let PlannedScene {
-            index,
-            found,
-            description,
-            environment,
-        } = *scene;
-        let position: usize = index.parse().unwrap_or(0);
-        let choice = &config.scene[position];
-        let at = |key: &str, message: String| self.source.error(&["scene", index, key], message);
-        let view = match &choice.view {
-            None => description.views.first(),
-            Some(name) => description.views.iter().find(|v| v.name == *name),
-        }
-        .ok_or_else(|| {
-            let known: Vec<&str> = description.views.iter().map(|v| v.name.as_str()).collect();
-            at(
-                "view",
-                format!("the scene has no such view; it has: {}", known.join(", ")),
-            )
-        })?;
-        let [full_width, full_height] = choice
-            .size
-            .or(config.size)
-            .unwrap_or([view.width, view.height]);
-        let scaled = |side: usize| ((side as f64 * config.scale.0).round() as usize).max(1);
-        let pixels = scaled(full_width).saturating_mul(scaled(full_height));
-        if full_width == 0 || full_height == 0 || pixels > LARGEST_IMAGE {
-            let message = format!(
-                "size: expected [width, height] of at least 1 and {LARGEST_IMAGE} pixels at most"
-            );
-            return Err(match choice.size {
-                Some(_) => at("size", message),
-                None => self.source.error(&["size"], message),
-            });
-        }
-        let budget = Budget::of(config, choice).map_err(|(key, message)| at(key, message))?;
+        let (config, choice, description) = (self.config, scene.choice, &scene.description);
+        let view = scene.view()?;
+        let [width, height] = scene.size(config, view)?;
+        let budget =
+            Budget::of(config, choice).map_err(|(key, message)| scene.error(key, message))?;
         let entry = self.technique()?;
-        let technique_parameters = self.technique_parameters(entry, index, choice)?;
+        let technique_parameters = self.technique_parameters(entry, scene)?;
         let technique = (entry.build)(&technique_parameters)
-            .map_err(|error| at("ao_distance", error.message))?;
+            .map_err(|error| scene.error("ao_distance", error.message))?;
         technique
             .fits(description)
-            .map_err(|message| at("name", message))?;
+            .map_err(|message| scene.error("name", message))?;
         description
             .require_files(technique.needs(), choice.incomplete)
-            .map_err(|error| at("name", error.to_string()))?;
+            .map_err(|error| scene.error("name", error.to_string()))?;
         if let Some(transform) = &choice.transform {
             transform
                 .check()
-                .map_err(|message| at("transform", message))?;
+                .map_err(|message| scene.error("transform", message))?;
         }
-        let name = choice.label.as_ref().unwrap_or(&description.name);
-        let several = choice.environment.as_ref().or(config.environment.as_ref());
-        let name = match environment {
-            // A label of its own says all about a scene under one map.
-            Some(map) if choice.label.is_none() || several.is_some_and(|e| e.names().len() > 1) => {
-                format!("{name}/{map}")
-            }
-            _ => name.clone(),
-        };
-        let case = serde_json::json!([name, view.name, self.sweep]).to_string();
-        if let Some(earlier) = self.cases.insert(case, index.to_owned()) {
-            if found != choice.name {
-                plan.notes.push(format!(
-                    "`{}` is left out: `{found}`, which stands in for it, is there already",
-                    choice.name
-                ));
-                return Ok(());
-            }
-            let number = |index: &str| index.parse::<usize>().map_or(0, |i| i + 1);
-            let message = format!(
-                "scenes {} and {} of this config give the same jobs twice, such as scene `{name}`, \
-                 view `{}`, {}, seed {}: give one of them another `label`",
-                number(&earlier),
-                number(index),
-                view.name,
-                methods[0].1,
-                config.seed,
-            );
-            return Err(self.source.error(&["scene", index], message));
+        if self.is_left_out(plan, scene, &view.name, &methods[0].1)? {
+            return Ok(());
         }
         let key = scene_key(description);
         for (method, label, parameters) in methods {
             for repeat in 0..config.repeats {
                 let mut job = Job {
                     id: String::new(),
-                    scene: name.clone(),
-                    found: found.to_owned(),
+                    scene: scene.name.clone(),
+                    found: scene.found.clone(),
                     asked: choice.name.clone(),
                     paper: choice.paper.clone(),
                     view: view.name.clone(),
@@ -493,11 +364,11 @@ impl Planner<'_> {
                     method: method.clone(),
                     label: label.clone(),
                     method_parameters: parameters.clone(),
-                    environment: environment.map(str::to_owned),
+                    environment: scene.environment.clone(),
                     budget,
                     seed: config.seed + u64::from(repeat),
-                    width: scaled(full_width),
-                    height: scaled(full_height),
+                    width,
+                    height,
                     spp: config.spp,
                     sweep: self.sweep.clone(),
                     reference: String::new(),
@@ -508,5 +379,38 @@ impl Planner<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the jobs of a scene are planned already, under a scene that this one's stand-in is. Two
+    /// scenes that were both found are an error, which names a method of theirs.
+    fn is_left_out(
+        &mut self,
+        plan: &mut Plan,
+        scene: &FoundScene,
+        view: &str,
+        method: &str,
+    ) -> Result<bool, ConfigError> {
+        let case = serde_json::json!([scene.name, view, self.sweep]).to_string();
+        let Some(earlier) = self.cases.insert(case, scene.index) else {
+            return Ok(false);
+        };
+        let asked = &scene.choice.name;
+        let found = &scene.found;
+        if found != asked {
+            plan.notes.push(format!(
+                "`{asked}` is left out: `{found}`, which stands in for it, is there already"
+            ));
+            return Ok(true);
+        }
+        let message = format!(
+            "scenes {} and {} of this config give the same jobs twice, such as scene `{}`, view \
+             `{view}`, {method}, seed {}: give one of them another `label`",
+            earlier + 1,
+            scene.index + 1,
+            scene.name,
+            self.config.seed,
+        );
+        let path = ["scene", &scene.index.to_string()];
+        Err(self.source.error(&path, message))
     }
 }

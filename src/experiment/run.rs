@@ -15,7 +15,7 @@ use super::{Budget, Config, Job, Plan, Row, Store, equal_time, progress::Progres
 use crate::image::{Attributes, Image, Layer, Plane, write_exr, write_png};
 use crate::memory;
 use crate::metric::{CompareOptions, Comparison, compare};
-use crate::scene::{Scene, find_environment, find_scene};
+use crate::scene::{Needs, Scene, SceneDescription, find_environment, find_scene};
 use crate::technique::{Choice, Film, Rendered, Search, Shot, Technique, TechniqueEntry, Terms};
 use crate::world::{Moment, World};
 
@@ -172,8 +172,10 @@ impl Runner {
     fn load(&self, job: &Job) -> Result<World, RunError> {
         let technique = build_technique(job)?;
         let progress = &self.progress;
-        let scene = progress.time("loading", || load_scene(job, technique.as_ref()))?;
-        Ok(progress.time("building trees", || World::still(scene)))
+        let needs = technique.needs();
+        let description = describe_scene(job, needs)?;
+        let scene = progress.time("loading", || Scene::build(&description, needs))?;
+        Ok(progress.time("building trees", || World::declared(scene, &description)))
     }
 
     /// All open jobs that share a reference.
@@ -337,8 +339,8 @@ fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
         .ok_or_else(|| RunError::Technique(format!("no technique is called `{}`", job.technique)))
 }
 
-/// The scene of a job, with only what the technique needs.
-pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunError> {
+/// The scene of a job as declared; the files that a technique needs of it are there.
+pub fn describe_scene(job: &Job, needs: Needs) -> Result<SceneDescription, RunError> {
     let mut description = find_scene(&job.found)?;
     if let Some(name) = &job.environment {
         description.environment = Some(find_environment(name)?);
@@ -346,11 +348,19 @@ pub fn load_scene(job: &Job, technique: &dyn Technique) -> Result<Scene, RunErro
     if let Some(metres) = job.metres_per_unit {
         description.metres_per_unit = Some(metres);
     }
-    description.require_files(technique.needs(), job.incomplete)?;
-    if let Some(t) = job.transform {
-        description = description.transformed(t.scale, t.rotate_y_deg, DVec3::from(t.translate));
-    }
-    Ok(Scene::build(&description, technique.needs())?)
+    description.require_files(needs, job.incomplete)?;
+    Ok(match job.transform {
+        Some(t) => description.transformed(t.scale, t.rotate_y_deg, DVec3::from(t.translate)),
+        None => description,
+    })
+}
+
+/// The world of a job, with only what the technique needs.
+pub fn load_world(job: &Job, technique: &dyn Technique) -> Result<World, RunError> {
+    let needs = technique.needs();
+    let description = describe_scene(job, needs)?;
+    let scene = Scene::build(&description, needs)?;
+    Ok(World::declared(scene, &description))
 }
 
 /// The shot of a job in a loaded scene.

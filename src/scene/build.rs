@@ -368,7 +368,12 @@ impl Scene {
         needs: Needs,
     ) -> Result<(), SceneError> {
         if needs.emitters {
-            self.add_lights_without_extent(&description.lights);
+            let lights = description.lights.iter().map(|light| &light.kind);
+            let dark = self.set_lights_without_extent(lights);
+            if dark > 0 {
+                let note = format!("lights of no strength are left out: {dark}");
+                self.report.notes.push(note);
+            }
         } else if needs.environment && !description.lights.is_empty() {
             let note =
                 "point, spot and directional lights are left out: light is the environment's";

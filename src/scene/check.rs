@@ -1,6 +1,6 @@
 //! What `scene check` tells about a scene.
 
-use super::{BuildReport, LightDescription, Needs, Scene, SceneDescription, SceneError};
+use super::{BuildReport, LightDescription, LightKind, Needs, Scene, SceneDescription, SceneError};
 
 /// A summary of a scene, loaded once in full.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -60,16 +60,16 @@ pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneEr
 }
 
 fn line(light: &LightDescription) -> String {
-    match light {
-        LightDescription::Directional {
+    match &light.kind {
+        LightKind::Directional {
             direction,
             irradiance,
         } => format!("directional along {direction:.4}, irradiance {irradiance:?} W/m²"),
-        LightDescription::Point {
+        LightKind::Point {
             position,
             intensity,
         } => format!("point at {position:.4}, intensity {intensity:?} W/sr"),
-        LightDescription::Spot {
+        LightKind::Spot {
             position,
             direction,
             intensity,

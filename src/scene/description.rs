@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use glam::{DMat4, DVec3};
 
+use super::motion::MotionDescription;
+use super::path::CameraPath;
 use super::{GltfFile, Material, View, Wrap};
 use crate::environment::EnvironmentDescription;
 
@@ -33,6 +35,8 @@ pub struct SceneDescription {
     pub materials: Vec<Material>,
     pub textures: Vec<TextureDescription>,
     pub lights: Vec<LightDescription>,
+    pub paths: Vec<CameraPath>,
+    pub motions: Vec<MotionDescription>,
     pub environment: Option<EnvironmentDescription>,
     /// What the loader dropped or approximated, a sentence each.
     pub notes: Vec<String>,
@@ -42,6 +46,8 @@ pub struct SceneDescription {
 #[derive(Clone, Debug)]
 pub struct ShapeDescription {
     pub name: String,
+    /// What motions call it, where one object of a file became several shapes.
+    pub object: Option<String>,
     pub source: ShapeSource,
     pub to_world: DMat4,
     /// Index into [`SceneDescription::materials`].
@@ -64,6 +70,7 @@ impl ShapeDescription {
     pub fn new(name: &str, source: ShapeSource) -> Self {
         Self {
             name: name.to_owned(),
+            object: None,
             source,
             to_world: DMat4::IDENTITY,
             material: 0,
@@ -73,6 +80,11 @@ impl ShapeDescription {
             smooth_normals: false,
             flip_v: false,
         }
+    }
+
+    /// The name of the object that it is, or is part of.
+    pub fn object(&self) -> &str {
+        self.object.as_deref().unwrap_or(&self.name)
     }
 }
 
@@ -205,9 +217,19 @@ impl TextureDescription {
     }
 }
 
-/// A light without extent. Positions and directions are in world space, colours linear Rec.709.
+/// A light without extent.
 #[derive(Clone, Debug, serde::Serialize)]
-pub enum LightDescription {
+#[serde(transparent)]
+pub struct LightDescription {
+    #[serde(skip)]
+    pub name: String,
+    pub kind: LightKind,
+}
+
+/// Where a light without extent is and how it shines. Positions and directions are in world space, colours
+/// linear Rec.709.
+#[derive(Clone, Debug, serde::Serialize)]
+pub enum LightKind {
     /// Parallel light from infinity.
     Directional {
         /// In which it travels.
@@ -237,7 +259,15 @@ pub enum LightDescription {
     },
 }
 
-impl LightDescription {
+impl From<LightKind> for LightDescription {
+    /// A light without a name.
+    fn from(kind: LightKind) -> Self {
+        let name = String::new();
+        Self { name, kind }
+    }
+}
+
+impl LightKind {
     /// The irradiance or intensity.
     pub fn strength(&self) -> &[f32; 3] {
         match self {

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{LightDescription, Scene};
+use super::{LightKind, Scene};
 
 /// A point or spot light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,10 +111,20 @@ impl PointLight {
 }
 
 impl Scene {
-    /// Adds point, spot and directional lights; says which of them cannot shine.
-    pub(super) fn add_lights_without_extent(&mut self, lights: &[LightDescription]) {
+    /// Replaces point, spot and directional lights, which are in the coordinates of the file; those of no strength
+    /// are left out, and their number is returned.
+    pub(crate) fn set_lights_without_extent<'a>(
+        &mut self,
+        lights: impl IntoIterator<Item = &'a LightKind>,
+    ) -> usize {
+        self.point_lights.clear();
+        self.directional_lights.clear();
         let mut dark = 0;
         for light in lights {
+            if *light.strength() == [0.0; 3] {
+                dark += 1;
+                continue;
+            }
             let origin = self.origin;
             let point = |position: &DVec3, intensity: &[f32; 3], cone| PointLight {
                 position: (*position - origin).as_vec3(),
@@ -122,18 +132,17 @@ impl Scene {
                 cone,
             };
             match light {
-                _ if *light.strength() == [0.0; 3] => dark += 1,
-                LightDescription::Directional {
+                LightKind::Directional {
                     direction,
                     irradiance,
                 } => self
                     .directional_lights
                     .push((direction.normalize().as_vec3(), *irradiance)),
-                LightDescription::Point {
+                LightKind::Point {
                     position,
                     intensity,
                 } => self.point_lights.push(point(position, intensity, None)),
-                LightDescription::Spot {
+                LightKind::Spot {
                     position,
                     direction,
                     intensity,
@@ -147,10 +156,7 @@ impl Scene {
                 }
             }
         }
-        if dark > 0 {
-            let note = format!("lights of no strength are left out: {dark}");
-            self.report.notes.push(note);
-        }
+        dark
     }
 }
 

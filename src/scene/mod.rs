@@ -22,18 +22,22 @@ mod mesh_obj;
 mod mesh_ply;
 mod mesh_serialized;
 mod mitsuba;
+pub mod motion;
+pub mod path;
 mod primitive;
 pub mod shapes;
+mod spline;
 mod text;
 mod texture;
+pub mod track;
 mod transform;
 mod view;
 
 pub use build::{ASSUMED_DIAGONAL_M, BuildReport, CategoryBytes, Scene, Shape};
 pub use check::{SceneCheck, check_scene};
 pub use description::{
-    Alpha, LightDescription, SceneDescription, ShapeDescription, ShapeSource, TextureDescription,
-    TextureSource,
+    Alpha, LightDescription, LightKind, SceneDescription, ShapeDescription, ShapeSource,
+    TextureDescription, TextureSource,
 };
 pub use error::SceneError;
 pub use find::{find_scene, find_scene_in, shipped_scenes};

@@ -3,7 +3,7 @@
 use crate::environment::EnvironmentDescription;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
-use super::{LightDescription, SceneDescription};
+use super::{LightKind, SceneDescription};
 
 impl SceneDescription {
     /// Scales, then turns about +y, then moves everything, cameras, lights and declared lengths
@@ -20,8 +20,14 @@ impl SceneDescription {
             view.up = turn * view.up;
             view.forward = turn * view.forward;
         }
+        for path in &mut self.paths {
+            path.transformed(all);
+        }
+        for motion in &mut self.motions {
+            motion.placement.transformed(all);
+        }
         for light in &mut self.lights {
-            light.transform(scale, turn, &all);
+            light.kind.transform(scale, turn, &all);
         }
         match &mut self.environment {
             Some(
@@ -41,7 +47,7 @@ impl SceneDescription {
     }
 }
 
-impl LightDescription {
+impl LightKind {
     /// Intensities follow the scale, so that surfaces receive what they did.
     fn transform(&mut self, scale: f64, turn: DQuat, all: &DAffine3) {
         let squared = (scale * scale) as f32;
@@ -68,25 +74,58 @@ impl LightDescription {
     }
 }
 
+impl LightKind {
+    /// Takes it where a map takes its place and direction; its strength stays.
+    pub(crate) fn carry(&mut self, map: &DAffine3) {
+        let turned = |direction: DVec3| (map.matrix3 * direction).normalize_or(direction);
+        match self {
+            Self::Directional { direction, .. } => *direction = turned(*direction),
+            Self::Point { position, .. } => *position = map.transform_point3(*position),
+            Self::Spot {
+                position,
+                direction,
+                ..
+            } => {
+                *position = map.transform_point3(*position);
+                *direction = turned(*direction);
+            }
+        }
+    }
+
+    /// Makes it stronger by a factor.
+    pub(crate) fn scale(&mut self, factor: f32) {
+        match self {
+            Self::Directional { irradiance, .. } => *irradiance = irradiance.map(|e| e * factor),
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } => {
+                *intensity = intensity.map(|i| i * factor);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::LightDescription;
 
     #[test]
     fn surfaces_receive_of_a_point_what_they_did() {
-        let light = LightDescription::Point {
+        let kind = LightKind::Point {
             position: DVec3::X,
             intensity: [2.0; 3],
         };
         let scene = SceneDescription {
-            lights: vec![light],
+            lights: vec![LightDescription {
+                name: "lamp".into(),
+                kind,
+            }],
             ..SceneDescription::default()
         };
         let scene = scene.transformed(2.0, 90.0, DVec3::Y);
-        let LightDescription::Point {
+        let LightKind::Point {
             position,
             intensity,
-        } = &scene.lights[0]
+        } = &scene.lights[0].kind
         else {
             panic!("a point");
         };

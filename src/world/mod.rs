@@ -3,9 +3,13 @@
 //! A [`World`] owns both; a [`Moment`] is the world at a time. A still scene is a world in which nothing
 //! moves, at no cost.
 
+mod lamps;
+
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use crate::scene::Scene;
+use self::lamps::{Lamps, carried};
+use crate::scene::motion::{MotionDescription, Placement};
+use crate::scene::{LightKind, Scene, SceneDescription};
 use crate::trace::{Hit, Tracer};
 
 /// How one shape moves.
@@ -22,6 +26,8 @@ pub struct World {
     scene: Scene,
     tracer: Tracer,
     moving: Vec<MovingShape>,
+    /// What changes of the light, if anything does.
+    lamps: Option<Lamps>,
     time_s: Option<f64>,
     /// Positions one frame earlier, as long as those of the scene; empty where nothing moves.
     before: Vec<Vec3>,
@@ -52,8 +58,31 @@ impl World {
             tracer: Tracer::new(&scene.positions, &scene.triangles),
             scene,
             moving: Vec::new(),
+            lamps: None,
             time_s: None,
             before: Vec::new(),
+        }
+    }
+
+    /// A world with the motions that its description declares; still where it declares none. Centre and
+    /// diagonal are those of everything at all times of the motions, so that they are the same for each sequence.
+    pub fn declared(scene: Scene, description: &SceneDescription) -> Self {
+        if description.motions.is_empty() {
+            return Self::still(scene);
+        }
+        let motions = with_pivots(&scene, description);
+        let mut times_s: Vec<f64> = motions.iter().flat_map(|motion| motion.times_s()).collect();
+        times_s.sort_by(f64::total_cmp);
+        times_s.dedup();
+        let shapes = shapes_in_motion(&scene, &motions);
+        let lamps = Lamps::new(&scene, &description.lights, motions);
+        let world = match shapes.is_empty() {
+            true => Self::still(scene),
+            false => Self::moving(scene, shapes, &times_s),
+        };
+        Self {
+            lamps: Some(lamps),
+            ..world
         }
     }
 
@@ -75,6 +104,7 @@ impl World {
             before: scene.positions.clone(),
             scene,
             moving,
+            lamps: None,
             time_s: None,
         }
     }
@@ -94,6 +124,9 @@ impl World {
             }
             self.tracer.moved(&self.scene.positions);
         }
+        if let Some(lamps) = &self.lamps {
+            lamps.put(&mut self.scene, time_s);
+        }
         self.time_s = Some(time_s);
         Moment {
             scene: &self.scene,
@@ -102,6 +135,63 @@ impl World {
             before: &self.before,
         }
     }
+}
+
+/// The motions of a description, with pivots that nobody chose in the middle of what a motion moves.
+fn with_pivots(scene: &Scene, description: &SceneDescription) -> Vec<MotionDescription> {
+    let mut motions = description.motions.clone();
+    for motion in &mut motions {
+        if let Some(centre) = centre_of(scene, description, motion) {
+            motion.placement.about(centre);
+        }
+    }
+    motions
+}
+
+/// How each shape that has triangles and moves does so.
+fn shapes_in_motion(scene: &Scene, motions: &[MotionDescription]) -> Vec<Motion> {
+    let of_shape = |shape: usize| -> Vec<Placement> {
+        let own = motions.iter().filter(|m| m.shapes.contains(&shape));
+        let placements = own.map(|motion| motion.placement.clone());
+        placements
+            .filter(|placement| !placement.is_rest())
+            .collect()
+    };
+    (0..scene.shapes.len())
+        .filter(|&shape| !scene.shapes[shape].triangles().is_empty())
+        .map(|shape| (shape, of_shape(shape)))
+        .filter(|(_, placements)| !placements.is_empty())
+        .map(|(shape, placements)| Motion {
+            shape,
+            place: Box::new(move |time_s| carried(&placements, time_s)),
+        })
+        .collect()
+}
+
+/// Centre of the box around what a motion moves, in the coordinates of the file; `None` where that is nothing.
+fn centre_of(
+    scene: &Scene,
+    description: &SceneDescription,
+    motion: &MotionDescription,
+) -> Option<DVec3> {
+    let shapes = motion.shapes.iter().filter_map(|&i| scene.shapes.get(i));
+    let triangles = shapes.flat_map(|shape| &scene.triangles[shape.triangles()]);
+    let points = triangles
+        .flatten()
+        .map(|&i| scene.positions[i as usize].as_dvec3() + scene.origin);
+    let lights = motion
+        .lights
+        .iter()
+        .filter_map(|&i| description.lights.get(i));
+    let lights = lights.filter_map(|light| match &light.kind {
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(*position),
+        LightKind::Directional { .. } => None,
+    });
+    let bounds = points
+        .chain(lights)
+        .map(|point| (point, point))
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    Some((bounds.0 + bounds.1) * 0.5)
 }
 
 impl MovingShape {

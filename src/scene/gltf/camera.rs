@@ -1,10 +1,11 @@
 //! Cameras, and a view for files without one.
 
 use ::gltf::json::camera::{Camera, Perspective};
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
 use super::Importer;
 use super::document::named;
+use super::node::Placed;
 use crate::scene::{FovAxis, SceneError, View};
 
 /// Rows of a view, and columns of one whose aspect ratio is not given.
@@ -19,11 +20,7 @@ const STAND_IN_SIDE: DVec3 = DVec3::new(0.6, 0.45, 1.0);
 
 impl Importer<'_> {
     /// Adds the camera of a node: it looks along the node's −z, +y is up.
-    pub(super) fn camera(
-        &mut self,
-        [index, node]: [usize; 2],
-        to_world: &DMat4,
-    ) -> Result<(), SceneError> {
+    pub(super) fn camera(&mut self, index: usize, placed: &Placed) -> Result<(), SceneError> {
         let Some(camera) = self.file.root().cameras.get(index) else {
             return Err(self.file.error(format!("camera {index}"), "is not there"));
         };
@@ -39,7 +36,7 @@ impl Importer<'_> {
         }
         let [width, height] =
             size(perspective).ok_or_else(|| fail("its aspectRatio must be above 0"))?;
-        let axis = |column: usize| to_world.col(column).truncate();
+        let axis = |column: usize| placed.to_world.col(column).truncate();
         let forward = (-axis(2)).normalize_or_zero();
         // Without skew and scale, and with the handedness of the node.
         let up = axis(1).reject_from_normalized(forward).normalize_or_zero();
@@ -50,7 +47,9 @@ impl Importer<'_> {
         if [forward, up, right].contains(&DVec3::ZERO) {
             return Err(fail("a node above it is singular"));
         }
-        let name = self.camera_name(camera, index, node);
+        let name = self.camera_name(camera, index, placed.node);
+        let index = self.scene.views.len();
+        self.carried(placed).views.push(index);
         self.scene.views.push(View {
             name,
             origin: axis(3),

@@ -1,17 +1,19 @@
 //! Lights without extent: `KHR_lights_punctual`.
 
 use ::gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
 use super::Importer;
 use super::document::{named, valid};
-use crate::scene::{LightDescription, SceneError};
+use super::node::Placed;
+use crate::scene::{LightDescription, LightKind, SceneError};
 
 impl Importer<'_> {
     /// Adds the light of a node: it stands at the node's origin and shines along its −z.
     ///
     /// Candela become W/sr and lux W/m², number for number.
-    pub(super) fn light(&mut self, index: usize, to_world: &DMat4) -> Result<(), SceneError> {
+    pub(super) fn light(&mut self, index: usize, placed: &Placed) -> Result<(), SceneError> {
+        let to_world = &placed.to_world;
         let lights: &[Light] = self.file.root().as_ref();
         let Some(light) = lights.get(index) else {
             return Err(self.file.error(format!("light {index}"), "is not there"));
@@ -26,16 +28,16 @@ impl Importer<'_> {
         }
         let position = to_world.transform_point3(DVec3::ZERO);
         let direction = to_world.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
-        let kind = valid(&light.type_).ok_or_else(|| fail("its type is unknown"))?;
-        if kind != Type::Point && direction == DVec3::ZERO {
+        let light_type = valid(&light.type_).ok_or_else(|| fail("its type is unknown"))?;
+        if light_type != Type::Point && direction == DVec3::ZERO {
             return Err(fail("its direction is zero: a node above it scales by 0"));
         }
-        let described = match kind {
-            Type::Directional => LightDescription::Directional {
+        let described = match light_type {
+            Type::Directional => LightKind::Directional {
                 direction,
                 irradiance: strength,
             },
-            Type::Point => LightDescription::Point {
+            Type::Point => LightKind::Point {
                 position,
                 intensity: strength,
             },
@@ -47,7 +49,7 @@ impl Importer<'_> {
                 {
                     return Err(fail("its cone angles must be 0 ≤ inner ≤ outer ≤ π"));
                 }
-                LightDescription::Spot {
+                LightKind::Spot {
                     position,
                     direction,
                     intensity: strength,
@@ -56,7 +58,7 @@ impl Importer<'_> {
                 }
             }
         };
-        if kind == Type::Spot {
+        if light_type == Type::Spot {
             self.note("the beam of a spot light falls linearly with the angle, not as the square of cosines");
         }
         if light.range.is_some() {
@@ -64,7 +66,15 @@ impl Importer<'_> {
                 "the range of a light is ignored: its light falls with the square of the distance",
             );
         }
-        self.scene.lights.push(described);
+        let of_node = self.file.root().nodes[placed.node].name.as_deref();
+        let names = [of_node, light.name.as_deref()].into_iter().flatten();
+        let name = names.into_iter().find(|name| !name.is_empty());
+        let index = self.scene.lights.len();
+        self.carried(placed).lights.push(index);
+        self.scene.lights.push(LightDescription {
+            name: name.unwrap_or_default().to_owned(),
+            kind: described,
+        });
         Ok(())
     }
 }

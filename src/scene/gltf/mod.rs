@@ -6,6 +6,7 @@
 //! approximated and left out.
 
 mod accessor;
+mod animation;
 mod camera;
 mod container;
 mod document;
@@ -23,8 +24,11 @@ mod uri;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
+use super::motion::MotionDescription;
+use super::path::{CameraPath, PathSource};
 use super::{SceneDescription, SceneError};
 use crate::environment::EnvironmentDescription;
+use animation::Animated;
 use material::Mapped;
 use node::Placed;
 
@@ -50,6 +54,10 @@ struct Importer<'a> {
     materials: HashMap<Option<usize>, Mapped>,
     /// Names of nodes that are taken.
     names: HashSet<String>,
+    /// What nodes that move carry, by their place in the list of nodes.
+    carried: BTreeMap<usize, Carried>,
+    /// What no node moves.
+    still: Carried,
 }
 
 impl<'a> Importer<'a> {
@@ -69,15 +77,18 @@ impl<'a> Importer<'a> {
             notes: BTreeMap::new(),
             materials: HashMap::new(),
             names: HashSet::new(),
+            carried: BTreeMap::new(),
+            still: Carried::default(),
         }
     }
 
     fn import(mut self) -> Result<SceneDescription, SceneError> {
         let roots = self.roots()?;
-        let nodes = self.file.nodes_below(&roots)?;
         self.note_extensions();
         // Held to the end, so that they are read once.
-        let _buffers = self.file.buffers()?;
+        let buffers = self.file.buffers()?;
+        let animated = self.animations(&buffers)?;
+        let nodes = self.file.nodes_below(&roots, &animated)?;
         let meshes = self.meshes_of(&nodes)?;
         for placed in &nodes {
             self.node(placed)?;
@@ -95,6 +106,7 @@ impl<'a> Importer<'a> {
             self.stand_in_view(low, high);
         }
         self.stand_in_light();
+        self.motions(&nodes, &animated);
         self.scene.notes = self.notes.into_iter().map(counted).collect();
         Ok(self.scene)
     }
@@ -136,11 +148,11 @@ impl<'a> Importer<'a> {
             return Err(self.file.error(self.file.node_place(placed.node), message));
         }
         if let Some(camera) = node.camera {
-            self.camera([camera.value(), placed.node], &placed.to_world)?;
+            self.camera(camera.value(), placed)?;
         }
         if let Some(extensions) = &node.extensions {
             if let Some(light) = &extensions.khr_lights_punctual {
-                self.light(light.light.value(), &placed.to_world)?;
+                self.light(light.light.value(), placed)?;
             }
             for name in extensions.others.keys() {
                 self.note(format!("{name} is left out"));
@@ -176,10 +188,54 @@ impl<'a> Importer<'a> {
         }
     }
 
+    /// What moves with a node; what does not move has a list of its own.
+    fn carried(&mut self, placed: &Placed) -> &mut Carried {
+        match placed.carrier {
+            Some(carrier) => self.carried.entry(carrier).or_default(),
+            None => &mut self.still,
+        }
+    }
+
+    /// Makes motions of the shapes and lights that nodes carry, and paths of the cameras.
+    fn motions(&mut self, nodes: &[Placed], animated: &HashMap<usize, Animated>) {
+        for (carrier, carried) in std::mem::take(&mut self.carried) {
+            let Some(placement) = node::placement(nodes, animated, carrier) else {
+                continue;
+            };
+            for view in carried.views {
+                let view = self.scene.views[view].clone();
+                self.scene.paths.push(CameraPath {
+                    name: view.name.clone(),
+                    eye_distance_m: None,
+                    source: PathSource::Carried {
+                        view,
+                        placement: placement.clone(),
+                    },
+                });
+            }
+            if !carried.shapes.is_empty() || !carried.lights.is_empty() {
+                self.scene.motions.push(MotionDescription {
+                    shapes: carried.shapes,
+                    lights: carried.lights,
+                    placement,
+                    ..MotionDescription::default()
+                });
+            }
+        }
+    }
+
     /// Counts one occurrence of something dropped or approximated.
     fn note(&mut self, text: impl Into<String>) {
         *self.notes.entry(text.into()).or_insert(0) += 1;
     }
+}
+
+/// Indices of what a node carries.
+#[derive(Default)]
+struct Carried {
+    shapes: Vec<usize>,
+    lights: Vec<usize>,
+    views: Vec<usize>,
 }
 
 fn counted((text, count): (String, usize)) -> String {

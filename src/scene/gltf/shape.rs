@@ -164,15 +164,15 @@ impl Importer<'_> {
             let Some((mesh, parts)) = mesh.and_then(|mesh| Some((mesh, meshes.get(&mesh)?))) else {
                 continue;
             };
-            let name = self.shape_name(placed.node, mesh);
+            let object = self.shape_name(placed.node, mesh);
             for part in parts {
                 for corner in part.corners() {
                     let corner = placed.to_world.transform_point3(corner);
                     bounds = [bounds[0].min(corner), bounds[1].max(corner)];
                 }
                 let name = match parts.len() {
-                    1 => name.clone(),
-                    _ => format!("{name}.{}", part.primitive),
+                    1 => object.clone(),
+                    _ => format!("{object}.{}", part.primitive),
                 };
                 let source = ShapeSource::Gltf {
                     file: self.file.clone(),
@@ -180,7 +180,10 @@ impl Importer<'_> {
                     primitive: part.primitive,
                     uv_set: part.mapped.uv_set,
                 };
+                let index = self.scene.shapes.len();
+                self.carried(placed).shapes.push(index);
                 self.scene.shapes.push(ShapeDescription {
+                    object: (parts.len() > 1).then(|| object.clone()),
                     to_world: placed.to_world,
                     material: part.mapped.material,
                     emission: part.mapped.emission,

@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 use super::Loader;
 use super::keys::Keys;
 use crate::environment::{EnvironmentDescription, EnvironmentRows};
-use crate::scene::{LightDescription, SceneError};
+use crate::scene::{LightDescription, LightKind, SceneError};
 
 impl Loader {
     pub(super) fn environment(&mut self, keys: &Keys) -> Result<(), SceneError> {
@@ -20,7 +20,7 @@ impl Loader {
                 radiance: keys.required("radiance", keys.colour("radiance")?)?,
             },
             "map" => EnvironmentDescription::Map {
-                path: self.path(&keys)?,
+                path: self.file(&keys)?,
                 scale: keys.non_negative("scale")?.unwrap_or(1.0) as f32,
                 to_world: DMat4::from_rotation_y(
                     keys.number("rotate_deg")?.unwrap_or(0.0).to_radians(),
@@ -36,26 +36,30 @@ impl Loader {
 
     pub(super) fn light(&mut self, keys: &mut Keys) -> Result<(), SceneError> {
         let kind = keys.kind(&["point", "spot", "directional"])?;
+        let name = match keys.string("name")? {
+            Some(name) => name.to_owned(),
+            None => format!("{kind} {}", self.scene.lights.len()),
+        };
         keys.what = format!("[[light]] ({kind})");
-        let light = match kind {
-            "point" => LightDescription::Point {
+        let kind = match kind {
+            "point" => LightKind::Point {
                 position: keys.required("position", keys.vector("position")?)?,
                 intensity: keys.required("intensity", keys.colour("intensity")?)?,
             },
             "spot" => spot(keys)?,
-            _ => LightDescription::Directional {
+            _ => LightKind::Directional {
                 direction: unit(keys, keys.required("direction", keys.vector("direction")?)?)?,
                 irradiance: keys.required("irradiance", keys.colour("irradiance")?)?,
             },
         };
         keys.finish()?;
-        self.scene.lights.push(light);
+        self.scene.lights.push(LightDescription { name, kind });
         Ok(())
     }
 }
 
 /// Angles count from the axis; without a beam width it is three quarters of the cutoff angle.
-fn spot(keys: &Keys) -> Result<LightDescription, SceneError> {
+fn spot(keys: &Keys) -> Result<LightKind, SceneError> {
     let position = keys.required("position", keys.vector("position")?)?;
     let direction = match (keys.vector("target")?, keys.vector("direction")?) {
         (Some(target), None) => target - position,
@@ -73,7 +77,7 @@ fn spot(keys: &Keys) -> Result<LightDescription, SceneError> {
             return Err(keys.wrong(key, value, &expected));
         }
     }
-    Ok(LightDescription::Spot {
+    Ok(LightKind::Spot {
         position,
         direction: unit(keys, direction)?,
         intensity: keys.required("intensity", keys.colour("intensity")?)?,
@@ -121,11 +125,11 @@ mod tests {
     const HEAD: &str = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n\
                         [[shape]]\nkind = \"cube\"\n[[light]]\n";
 
-    fn load(light: &str) -> Result<LightDescription, String> {
+    fn load(light: &str) -> Result<LightKind, String> {
         let text = format!("{HEAD}{light}");
         let scene = parse_toml(&text, Some(Path::new("scene.toml")), "s");
         scene
-            .map(|mut scene| scene.lights.remove(0))
+            .map(|mut scene| scene.lights.remove(0).kind)
             .map_err(|e| e.to_string())
     }
 

@@ -20,7 +20,7 @@ impl Loader {
         };
         for (name, value) in Keys::of(keys.source, value, "[texture]")?.entries() {
             let keys = Keys::of(keys.source, value, format!("[texture.{name}]"))?;
-            let mut texture = TextureDescription::file(self.path(&keys)?);
+            let mut texture = TextureDescription::file(self.file(&keys)?);
             texture.srgb = keys.boolean("srgb", texture.srgb)?;
             texture.nearest = keys.word("filter", &[("bilinear", false), ("nearest", true)])?;
             texture.wrap = keys.word(

@@ -6,16 +6,18 @@
 mod keys;
 mod light;
 mod material;
+mod motion;
+mod path;
 mod shape;
+mod view;
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use keys::{Keys, Source};
 use toml::de::DeTable;
 
 use super::text::{error_at, file_error};
-use super::{FovAxis, Material, SceneDescription, SceneError, View};
+use super::{Material, SceneDescription, SceneError};
 
 /// Reads a scene file; no mesh, texture or map is opened.
 pub(super) fn load_toml(file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
@@ -71,8 +73,8 @@ impl Loader {
         scene.ao_distance = keys.positive("ao_distance")?;
         scene.exposure = keys.positive("exposure")?.unwrap_or(1.0) as f32;
         scene.max_depth = keys.whole("max_depth", 0..10_001)?.unwrap_or(6);
-        for table in keys.tables("view")? {
-            let view = self.view(&table)?;
+        for mut table in keys.tables("view")? {
+            let view = self.view(&mut table)?;
             if self.scene.views.iter().any(|v| v.name == view.name) {
                 return Err(table.error(format!("there are two views called `{}`", view.name)));
             }
@@ -83,70 +85,34 @@ impl Loader {
         }
         self.textures(keys)?;
         self.materials(keys)?;
-        for mut table in keys.tables("shape")? {
-            let shape = self.shape(&mut table)?;
-            self.add_shape(shape, &table)?;
-        }
+        self.environment(keys)?;
+        self.additions(keys)?;
         if self.scene.shapes.is_empty() {
             return Err(keys.error("the scene needs at least one [[shape]]"));
-        }
-        self.environment(keys)?;
-        for mut table in keys.tables("light")? {
-            self.light(&mut table)?;
         }
         keys.finish()
     }
 
-    fn view(&self, keys: &Keys) -> Result<View, SceneError> {
-        let default_name = match self.scene.views.len() {
-            0 => "main".to_owned(),
-            n => format!("view{}", n + 1),
-        };
-        let name = keys.string("name")?.map_or(default_name, str::to_owned);
-        let origin = keys.required("origin", keys.vector("origin")?)?;
-        let target = keys.required("target", keys.vector("target")?)?;
-        let up = keys.vector("up")?.unwrap_or(DVec3::Y);
-        let fov_deg = keys.required("fov_deg", keys.positive("fov_deg")?)?;
-        let fov_axis = keys.word(
-            "fov_axis",
-            &[
-                ("x", FovAxis::X),
-                ("y", FovAxis::Y),
-                ("smaller", FovAxis::Smaller),
-                ("larger", FovAxis::Larger),
-                ("diagonal", FovAxis::Diagonal),
-            ],
-        )?;
-        let size = keys.numbers::<2>("size")?.unwrap_or([1920.0, 1080.0]);
-        keys.finish()?;
-        if fov_deg >= 180.0 {
-            return Err(keys.error(format!("`fov_deg` of view `{name}` must be below 180")));
+    /// What a config may add to a scene as well.
+    fn additions(&mut self, keys: &Keys) -> Result<(), SceneError> {
+        for mut table in keys.tables("shape")? {
+            let shape = self.shape(&mut table)?;
+            self.add_shape(shape, &table)?;
         }
-        if size
-            .iter()
-            .any(|s| s.fract() != 0.0 || !(1.0..=65536.0).contains(s))
-        {
-            return Err(keys.error(format!(
-                "`size` of view `{name}` must be [width, height] in pixels"
-            )));
+        for mut table in keys.tables("light")? {
+            self.light(&mut table)?;
         }
-        if (target - origin).normalize_or_zero().cross(up).length() < 1e-6 * up.length().max(1e-300)
-        {
-            let message = "`origin` and `target` coincide or `up` is parallel to the view";
-            return Err(keys.error(format!("view `{name}`: {message}")));
+        for mut table in keys.tables("path")? {
+            self.camera_path(&mut table)?;
         }
-        let mut view = View::look_at(
-            &name,
-            [origin, target, up],
-            fov_deg,
-            size.map(|s| s as usize),
-        );
-        view.fov_axis = fov_axis;
-        Ok(view)
+        for mut table in keys.tables("motion")? {
+            self.motion(&mut table)?;
+        }
+        Ok(())
     }
 
     /// A path relative to the scene file.
-    fn path(&self, keys: &Keys) -> Result<PathBuf, SceneError> {
+    fn file(&self, keys: &Keys) -> Result<PathBuf, SceneError> {
         let path = keys.required("path", keys.string("path")?)?;
         Ok(self.folder.join(path))
     }

@@ -69,6 +69,7 @@ impl Loader {
             let emits = material.emission.iter().any(|&e| e > 0.0);
             self.scene.shapes.push(ShapeDescription {
                 name: format!("{} {}", shape.name, material.name),
+                object: Some(shape.name.clone()),
                 source: ShapeSource::Obj {
                     path: obj.clone(),
                     part: Some(format!("usemtl {}", material.name)),
@@ -85,14 +86,14 @@ impl Loader {
         let part = |keys: &Keys| Ok(keys.string("part")?.map(str::to_owned));
         Ok(match kind {
             "obj" => ShapeSource::Obj {
-                path: self.path(keys)?,
+                path: self.file(keys)?,
                 part: part(keys)?,
             },
             "ply" => ShapeSource::Ply {
-                path: self.path(keys)?,
+                path: self.file(keys)?,
             },
             "serialized" => ShapeSource::Serialized {
-                path: self.path(keys)?,
+                path: self.file(keys)?,
                 index: keys.whole("index", 0..u32::MAX)?.unwrap_or(0) as usize,
             },
             "rectangle" => ShapeSource::Rectangle,

@@ -1,3 +1,5 @@
+use glam::DVec3;
+
 use super::*;
 use crate::environment::EnvironmentDescription;
 use crate::scene::{Bsdf, ColourSource, ShapeSource, Wrap};

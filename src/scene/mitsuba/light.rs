@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 use super::Importer;
 use super::element::Element;
 use super::transform::vector;
-use crate::scene::{LightDescription, SceneError};
+use crate::scene::{LightDescription, LightKind, SceneError};
 
 impl<'a> Importer<'a> {
     pub(super) fn light_without_extent(
@@ -15,12 +15,12 @@ impl<'a> Importer<'a> {
     ) -> Result<LightDescription, SceneError> {
         let place = to_world.transform_point3(DVec3::ZERO);
         let forward = to_world.transform_vector3(DVec3::Z);
-        Ok(match element.kind() {
-            "directional" => LightDescription::Directional {
+        let kind = match element.kind() {
+            "directional" => LightKind::Directional {
                 direction: unit(element, own(element, "direction")?.unwrap_or(forward))?,
                 irradiance: self.strength(element, "irradiance")?,
             },
-            "point" => LightDescription::Point {
+            "point" => LightKind::Point {
                 position: own(element, "position")?.unwrap_or(place),
                 intensity: self.strength(element, "intensity")?,
             },
@@ -31,7 +31,7 @@ impl<'a> Importer<'a> {
                     );
                 }
                 let [beam_width_deg, cutoff_deg] = angles(element)?;
-                LightDescription::Spot {
+                LightKind::Spot {
                     position: place,
                     direction: unit(element, forward)?,
                     intensity: self.strength(element, "intensity")?,
@@ -39,6 +39,11 @@ impl<'a> Importer<'a> {
                     cutoff_deg,
                 }
             }
+        };
+        let name = element.id().unwrap_or(element.kind());
+        Ok(LightDescription {
+            name: name.to_owned(),
+            kind,
         })
     }
 
@@ -147,13 +152,13 @@ mod tests {
             "Spot { position: DVec3(0.0, 2.0, 0.0), direction: DVec3(0.0, -1.0, 0.0), intensity: [1.0, 1.0, 1.0], beam_width_deg: 30.0, cutoff_deg: 40.0 }",
         ];
         for (light, expected) in lights.iter().zip(expected) {
-            assert_eq!(format!("{light:?}"), expected);
+            assert_eq!(format!("{:?}", light.kind), expected);
         }
         assert!(
-            matches!(&lights[3], LightDescription::Directional { direction, .. } if direction.distance(DVec3::NEG_Y) < 1e-12)
+            matches!(&lights[3].kind, LightKind::Directional { direction, .. } if direction.distance(DVec3::NEG_Y) < 1e-12)
         );
         assert!(
-            matches!(&lights[4], LightDescription::Spot { beam_width_deg, cutoff_deg, .. } if [*beam_width_deg, *cutoff_deg] == [20.0, 20.0])
+            matches!(&lights[4].kind, LightKind::Spot { beam_width_deg, cutoff_deg, .. } if [*beam_width_deg, *cutoff_deg] == [20.0, 20.0])
         );
         assert_eq!(
             notes,

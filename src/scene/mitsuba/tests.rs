@@ -4,8 +4,8 @@ use super::element::parse_document;
 use super::*;
 use crate::environment::{EnvironmentDescription, EnvironmentRows};
 use crate::scene::{
-    Bsdf, ColourSource, FovAxis, LightDescription, MicrofacetDistribution, ShapeSource,
-    TextureSource, View, Wrap,
+    Bsdf, ColourSource, FovAxis, LightKind, MicrofacetDistribution, ShapeSource, TextureSource,
+    View, Wrap,
 };
 
 const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='40'/></sensor>";
@@ -340,10 +340,10 @@ fn emitters() {
          <emitter type='sunsky'><vector name='sunDirection' x='0.88698' y='0.288862' z='0.360313'/><float name='turbidity' value='2'/><float name='skyScale' value='30'/><float name='sunScale' value='10'/></emitter>",
     );
     assert_eq!(scene.shapes[0].emission, Some([1.0, 2.0, 3.0]));
-    let LightDescription::Directional {
+    let LightKind::Directional {
         direction,
         irradiance,
-    } = &scene.lights[0]
+    } = &scene.lights[0].kind
     else {
         panic!("no parallel light");
     };

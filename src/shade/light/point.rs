@@ -78,23 +78,22 @@ mod tests {
     use super::*;
     use crate::sample::Rng;
     use crate::scene::{
-        LightDescription, Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource,
-        View,
+        LightKind, Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
     };
     use crate::shade::PathTracer;
     use crate::trace::{RayCounter, Tracer};
 
     const REFLECTANCE: f64 = 0.5;
 
-    fn point(position: [f64; 3], intensity: f32) -> LightDescription {
-        LightDescription::Point {
+    fn point(position: [f64; 3], intensity: f32) -> LightKind {
+        LightKind::Point {
             position: position.into(),
             intensity: [intensity; 3],
         }
     }
 
-    fn spot(position: [f64; 3], direction: [f64; 3], beam_width_deg: f64) -> LightDescription {
-        LightDescription::Spot {
+    fn spot(position: [f64; 3], direction: [f64; 3], beam_width_deg: f64) -> LightKind {
+        LightKind::Spot {
             position: position.into(),
             direction: direction.into(),
             intensity: [8.0; 3],
@@ -104,7 +103,7 @@ mod tests {
     }
 
     /// Floor y = 0 of side 20 with a screen of side 2 at y = 1 over x = −5.
-    fn scene(lights: &[LightDescription]) -> Scene {
+    fn scene(lights: &[LightKind]) -> Scene {
         let lying = DMat4::from_rotation_x(-FRAC_PI_2);
         let square = |name, place| ShapeDescription {
             to_world: place,
@@ -119,7 +118,7 @@ mod tests {
                 square("floor", lying * DMat4::from_scale(DVec3::splat(10.0))),
                 square("screen", screen),
             ],
-            lights: lights.to_vec(),
+            lights: lights.iter().cloned().map(Into::into).collect(),
             ..SceneDescription::default()
         };
         Scene::build(&description, Needs::ALL).expect("a scene")
@@ -187,7 +186,7 @@ mod tests {
 
     #[test]
     fn parallel_light_falls_everywhere_alike() {
-        let scene = scene(&[LightDescription::Directional {
+        let scene = scene(&[LightKind::Directional {
             direction: DVec3::new(0.6, -0.8, 0.0),
             irradiance: [3.0; 3],
         }]);
@@ -205,7 +204,7 @@ mod tests {
         let lights = [
             point([1.0, 2.0, 0.0], 6.0),
             spot([0.0, 3.0, 0.0], [0.0, -1.0, 0.0], 40.0),
-            LightDescription::Directional {
+            LightKind::Directional {
                 direction: DVec3::NEG_Y,
                 irradiance: [0.3; 3],
             },

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec3, Vec3};
 use super::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};
 use crate::sample::Rng;
 use crate::scene::{
-    Bsdf, ColourSource, LightDescription, Material, MicrofacetDistribution, Needs, Scene,
+    Bsdf, ColourSource, LightKind, Material, MicrofacetDistribution, Needs, Scene,
     SceneDescription, ShapeDescription, ShapeSource, View,
 };
 use crate::shade::{Depths, PathTracer};
@@ -183,10 +183,11 @@ fn the_sum_converges_to_the_path_tracer_under_a_sky_and_a_sun() {
     scene.shapes[0].to_world = DMat4::from_translation(-DVec3::Y)
         * DMat4::from_rotation_x(-std::f64::consts::FRAC_PI_2)
         * DMat4::from_scale(DVec3::splat(3.0));
-    scene.lights.push(LightDescription::Directional {
+    let sun = LightKind::Directional {
         direction: DVec3::new(0.3, -1.0, -0.4),
         irradiance: [2.0, 1.8, 1.5],
-    });
+    };
+    scene.lights.push(sun.into());
     scene.environment = Some(EnvironmentDescription::Constant {
         radiance: [0.5, 0.7, 1.0],
     });
@@ -221,17 +222,19 @@ fn the_sum_converges_to_the_path_tracer_under_points_and_spots() {
     let mut scene = room(plain("wall", [0.7, 0.5, 0.3]), coated(0.5));
     scene.shapes[2].emission = None;
     scene.lights = vec![
-        LightDescription::Point {
+        LightKind::Point {
             position: DVec3::new(-0.5, 0.3, 0.2),
             intensity: [0.4, 0.5, 0.3],
-        },
-        LightDescription::Spot {
+        }
+        .into(),
+        LightKind::Spot {
             position: DVec3::new(0.2, 0.8, 0.3),
             direction: DVec3::new(0.0, -0.9, -0.4),
             intensity: [3.0, 2.0, 2.5],
             beam_width_deg: 15.0,
             cutoff_deg: 50.0,
-        },
+        }
+        .into(),
     ];
     assert_agreement("points", &scene, (1500, 40));
     with_set(&scene, 1, |lights, to, _| {

@@ -1,0 +1,142 @@
+//! The scenes of a config: found, replaced where they are absent, under the environments it asks for.
+
+use super::config::{Config, ConfigError, OneOrMore, SceneChoice, Source};
+use crate::scene::{SceneDescription, View, find_environment, find_scene};
+
+/// Pixels of the largest image.
+const LARGEST_IMAGE: usize = 1 << 28;
+
+/// A scene of a config that was found, under one environment.
+#[derive(Clone)]
+pub(super) struct FoundScene<'a> {
+    source: &'a Source,
+    /// Position in the config's list.
+    pub index: usize,
+    pub choice: &'a SceneChoice,
+    /// The scene that is loaded: another than the chosen one where it stands in.
+    pub found: String,
+    /// With the environment and the unit of the config.
+    pub description: SceneDescription,
+    /// Name of the map in the description, if the config names one.
+    pub environment: Option<String>,
+    /// What rows call it.
+    pub name: String,
+}
+
+/// A scene of a config, once for each environment that it is to be seen under. Notes tell of a scene
+/// that stands in for it.
+///
+/// # Errors
+/// Absent scenes and environments, and a unit that is no length.
+pub(super) fn find_scenes<'a>(
+    source: &'a Source,
+    config: &'a Config,
+    index: usize,
+    notes: &mut Vec<String>,
+) -> Result<Vec<FoundScene<'a>>, ConfigError> {
+    let choice = &config.scene[index];
+    let at =
+        |key: &str, message: String| source.error(&["scene", &index.to_string(), key], message);
+    let (found, mut description) = find_or_replace(choice, notes).map_err(|m| at("name", m))?;
+    if let Some(metres) = choice.metres_per_unit {
+        if !(metres.is_finite() && metres > 0.0) {
+            let message = "metres_per_unit: expected a number above 0".into();
+            return Err(at("metres_per_unit", message));
+        }
+        description.metres_per_unit = Some(metres);
+    }
+    let own_name = choice.label.clone();
+    let scene = FoundScene {
+        source,
+        index,
+        choice,
+        found,
+        environment: None,
+        name: own_name.unwrap_or_else(|| description.name.clone()),
+        description,
+    };
+    let own = choice.environment.as_ref();
+    let Some(environments) = own.or(config.environment.as_ref()) else {
+        return Ok(vec![scene]);
+    };
+    let lit = environments.names().iter().map(|map| {
+        scene.under(map, environments).map_err(|message| match own {
+            Some(_) => at("environment", message),
+            None => source.error(&["environment"], message),
+        })
+    });
+    lit.collect()
+}
+
+/// A scene by its name, or the one that stands in for it.
+fn find_or_replace(
+    choice: &SceneChoice,
+    notes: &mut Vec<String>,
+) -> Result<(String, SceneDescription), String> {
+    let error = match find_scene(&choice.name) {
+        Ok(description) => return Ok((choice.name.clone(), description)),
+        Err(error) => error.to_string(),
+    };
+    let other = choice.otherwise.as_ref().ok_or_else(|| error.clone())?;
+    let description = find_scene(other).map_err(|_| error)?;
+    notes.push(format!(
+        "scene `{}` was not found; `{other}` stands in for it",
+        choice.name
+    ));
+    Ok((other.clone(), description))
+}
+
+impl FoundScene<'_> {
+    /// The scene under one of the environments that the config asks for.
+    fn under(&self, map: &str, environments: &OneOrMore) -> Result<Self, String> {
+        let mut lit = self.clone();
+        let environment = find_environment(map).map_err(|error| error.to_string())?;
+        lit.description.environment = Some(environment);
+        lit.environment = Some(map.to_owned());
+        // A label of its own says all about a scene under one map.
+        if self.choice.label.is_none() || environments.names().len() > 1 {
+            lit.name = format!("{}/{map}", self.name);
+        }
+        Ok(lit)
+    }
+
+    /// An error at a key of the scene in the config.
+    pub fn error(&self, key: &str, message: String) -> ConfigError {
+        let path = ["scene", &self.index.to_string(), key];
+        self.source.error(&path, message)
+    }
+
+    /// The view that the config chooses; the first where it chooses none.
+    pub fn view(&self) -> Result<&View, ConfigError> {
+        let views = &self.description.views;
+        let chosen = match &self.choice.view {
+            None => views.first(),
+            Some(name) => views.iter().find(|v| v.name == *name),
+        };
+        chosen.ok_or_else(|| {
+            let known: Vec<&str> = views.iter().map(|v| v.name.as_str()).collect();
+            let known = known.join(", ");
+            self.error(
+                "view",
+                format!("the scene has no such view; it has: {known}"),
+            )
+        })
+    }
+
+    /// Width and height of its images in pixels.
+    pub fn size(&self, config: &Config, view: &View) -> Result<[usize; 2], ConfigError> {
+        let full = self.choice.size.or(config.size);
+        let full = full.unwrap_or([view.width, view.height]);
+        let size = full.map(|side| ((side as f64 * config.scale.0).round() as usize).max(1));
+        if full.iter().all(|side| *side > 0) && size[0].saturating_mul(size[1]) <= LARGEST_IMAGE {
+            return Ok(size);
+        }
+        let message = format!(
+            "size: expected [width, height] of at least 1 and {LARGEST_IMAGE} pixels at most"
+        );
+        Err(match self.choice.size {
+            Some(_) => self.error("size", message),
+            None => self.source.error(&["size"], message),
+        })
+    }
+}
