@@ -125,12 +125,10 @@ impl Importer<'_> {
     ) -> Result<(), SceneError> {
         let file = self.file;
         let index = channel.target.node.value();
-        if file
-            .root()
-            .nodes
-            .get(index)
-            .is_some_and(|node| node.matrix.is_some())
-        {
+        let Some(node) = file.root().nodes.get(index) else {
+            return Err(file.error(place, format!("animates node {index}, which is not there")));
+        };
+        if node.matrix.is_some() {
             let message = format!(
                 "{} has a matrix, which cannot be animated",
                 file.node_place(index)
@@ -148,11 +146,11 @@ impl Importer<'_> {
             times_s: times(file, buffers, (place, sampler.input.value()))?,
         };
         let output = sampler.output.value();
-        let node: &mut Animated = nodes.entry(index).or_default();
+        let mut node = || nodes.entry(index).or_default();
         match valid(&channel.target.path) {
-            Some(Property::Translation) => node.translation = Some(keys.track(output, vector)?),
-            Some(Property::Rotation) => node.rotation = Some(keys.track(output, rotation)?),
-            Some(Property::Scale) => node.scale = Some(keys.track(output, vector)?),
+            Some(Property::Translation) => node().translation = Some(keys.track(output, vector)?),
+            Some(Property::Rotation) => node().rotation = Some(keys.track(output, rotation)?),
+            Some(Property::Scale) => node().scale = Some(keys.track(output, vector)?),
             _ => self.note("animated weights of morph targets are left out"),
         }
         Ok(())

@@ -1,7 +1,10 @@
 //! Surfaces that shine.
 
+use std::collections::BTreeSet;
+
 use ::gltf::json::material::Material as Declared;
 use ::gltf::json::texture::Info;
+use rayon::prelude::*;
 
 use super::Importer;
 use super::image::Means;
@@ -30,6 +33,37 @@ impl<'a> Emission<'a> {
 }
 
 impl Importer<'_> {
+    /// Computes the means that materials may need, all at once; what fails is told where it is used.
+    pub(super) fn prepare_means(&self) {
+        let root = self.file.root();
+        let infos = root.materials.iter().flat_map(|material| {
+            let extensions = material.extensions.as_ref();
+            let transmission = extensions.and_then(|e| e.transmission.as_ref());
+            let glossy = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref());
+            let shines = material.emissive_factor.0 != [0.0; 3];
+            [
+                material
+                    .pbr_metallic_roughness
+                    .metallic_roughness_texture
+                    .as_ref(),
+                material.emissive_texture.as_ref().filter(|_| shines),
+                transmission.and_then(|t| t.transmission_texture.as_ref()),
+                glossy.and_then(|g| g.specular_glossiness_texture.as_ref()),
+            ]
+        });
+        let textures = infos
+            .flatten()
+            .filter_map(|info| root.textures.get(info.index.value()));
+        let images: BTreeSet<usize> = textures.map(|texture| texture.source.value()).collect();
+        let images: Vec<usize> = images
+            .into_iter()
+            .filter(|i| *i < root.images.len())
+            .collect();
+        images
+            .par_iter()
+            .for_each(|image| _ = self.file.image_means(*image));
+    }
+
     /// Emitted radiance: factor times strength times the mean of the texture. Candela per square metre become
     /// W/(m² sr), number for number.
     pub(super) fn emission(

@@ -89,6 +89,7 @@ impl<'a> Importer<'a> {
         let buffers = self.file.buffers()?;
         let animated = self.animations(&buffers)?;
         let nodes = self.file.nodes_below(&roots, &animated)?;
+        self.prepare_means();
         let meshes = self.meshes_of(&nodes)?;
         for placed in &nodes {
             self.node(placed)?;
