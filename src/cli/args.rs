@@ -72,6 +72,9 @@ pub struct RunArgs {
     /// Say nothing on stderr
     #[arg(long)]
     pub quiet: bool,
+    /// Save a sequence at work every so many seconds, so that it goes on there after an interruption
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    pub checkpoint: f64,
     /// Print what each stage took, and how much of it one thread did alone
     #[arg(long)]
     pub profile: bool,
@@ -149,6 +152,12 @@ pub struct ContenderArgs {
     pub scene: String,
     #[arg(long)]
     pub view: Option<String>,
+    /// A camera path of the scene, in place of a view; of a stereo pair its left eye
+    #[arg(long)]
+    pub path: Option<String>,
+    /// The moment that is shown, of scenes in which something moves
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub time: f64,
     #[arg(long, default_value = "ambient-occlusion")]
     pub technique: String,
     /// A distribution such as VGC+DGS (the default), a sampler of environment maps such as
@@ -296,4 +305,11 @@ pub struct ListArgs {
 pub struct ExplainArgs {
     /// KIND/ID or ID; `all` prints every page
     pub entry: String,
+}
+
+/// A number of seconds, 0 or more.
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse::<f64>().ok();
+    let seconds = seconds.filter(|s| (0.0..=1e9).contains(s));
+    seconds.ok_or_else(|| "expected seconds, 0 or more".into())
 }

@@ -1,14 +1,14 @@
 //! `run`: everything.
 
-use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::Duration;
 
 use super::args::RunArgs;
 use super::exit::{self, Failure};
 use super::out;
 use super::plan::{Planned, PlannedSuite, planned, print};
 use super::profile;
-use crate::experiment::{RunOptions, Store, run as run_plan};
+use crate::experiment::{ReferenceStore, RunOptions, Store, run as run_plan};
 
 /// Plans all configs first, so that nothing is written when one of them is wrong.
 pub fn run(args: &RunArgs) -> Result<u8, Failure> {
@@ -50,9 +50,10 @@ fn same_suite(a: Option<&Rc<PlannedSuite>>, b: Option<&Rc<PlannedSuite>>) -> boo
 fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
     let options = RunOptions {
         folder: planned.folder.clone(),
-        references: references_beside(&planned.folder),
+        references: ReferenceStore::beside(&planned.folder).folder,
         fail_fast: args.fail_fast,
         quiet: args.quiet,
+        checkpoint_every: Duration::from_secs_f64(args.checkpoint),
     };
     for note in planned.plan.notes.iter().filter(|_| !args.quiet) {
         eprintln!("note: {note}");
@@ -69,14 +70,6 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
         eprintln!("report:  {}", planned.folder.join("report.html").display());
     }
     Ok(outcome.failed)
-}
-
-/// `results/references` for `results/<name>`.
-pub fn references_beside(folder: &Path) -> PathBuf {
-    folder
-        .parent()
-        .unwrap_or(Path::new("results"))
-        .join("references")
 }
 
 /// Sets the size of the global thread pool.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::locate::locate;
 use super::scale::Scale;
+use super::sequence::SequenceSpec;
 
 /// An experiment as written. Every key has a default but `name`, `technique`, `scene` and `method`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -21,6 +22,18 @@ pub struct Config {
     #[serde(default)]
     pub parameters: toml::Table,
     pub scene: Vec<SceneChoice>,
+    /// Frames and viewers; without it each scene is one still picture.
+    #[serde(default)]
+    pub sequence: Option<SequenceSpec>,
+    /// Camera paths, lights, shapes and motions that each scene has besides its own, as in scene files.
+    #[serde(default)]
+    pub path: Vec<toml::Table>,
+    #[serde(default)]
+    pub light: Vec<toml::Table>,
+    #[serde(default)]
+    pub shape: Vec<toml::Table>,
+    #[serde(default)]
+    pub motion: Vec<toml::Table>,
     /// The contenders: `id`, optional `label`, and the method's parameters.
     pub method: Vec<toml::Table>,
     /// Records of every contender at full size.
@@ -115,6 +128,9 @@ pub struct SceneChoice {
     pub paper: Option<String>,
     #[serde(default)]
     pub view: Option<String>,
+    /// In place of the `path` of `[sequence]`.
+    #[serde(default)]
+    pub path: Option<String>,
     #[serde(default)]
     pub caches: Option<u64>,
     #[serde(default)]
@@ -134,6 +150,9 @@ pub struct SceneChoice {
     /// Replaces the length of a scene unit in metres.
     #[serde(default)]
     pub metres_per_unit: Option<f64>,
+    /// Replaces the scene's longest paths, edges.
+    #[serde(default)]
+    pub max_depth: Option<u32>,
     /// Says that meshes and textures of the scene are known to be absent, so that it is used without
     /// them; otherwise absent files are an error.
     #[serde(default)]
@@ -341,8 +360,9 @@ pub enum ConfigError {
     Other(String),
 }
 
-/// The text of a config and where it came from: what errors point into.
-#[derive(Clone, Debug)]
+/// The text of a config and where it came from: what errors point into. A config that no file holds has
+/// none, and its errors are their messages.
+#[derive(Clone, Debug, Default)]
 pub struct Source {
     pub file: PathBuf,
     pub text: String,
@@ -368,6 +388,9 @@ impl Source {
     }
 
     fn error_at(&self, offset: usize, message: String) -> ConfigError {
+        if self.file.as_os_str().is_empty() {
+            return ConfigError::Other(message);
+        }
         let (line, column) = line_column(&self.text, offset);
         ConfigError::At {
             file: self.file.clone(),

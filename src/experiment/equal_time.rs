@@ -31,30 +31,32 @@ struct Cost {
     again: bool,
 }
 
-/// The image whose cost is nearest to `seconds` of those that were rendered, with its count in
-/// `found`; what the others took is its search.
+/// The images of all viewers whose cost is nearest to `seconds` an image of those that were rendered, the first with
+/// the count in `found`; what the others took is its search.
 ///
 /// # Errors
 /// Those of `render`.
 pub fn render_within(
     seconds: f64,
-    render: impl Fn(u64) -> Result<Rendered, String>,
-) -> Result<Rendered, String> {
+    render: impl Fn(u64) -> Result<Vec<Rendered>, String>,
+) -> Result<Vec<Rendered>, String> {
     let mut search = Search::default();
-    let mut passed_over = |rendered: &Rendered| {
-        search.add(Search {
-            seconds: rendered.stages.total().wall,
-            rays: rendered.rays,
-        });
-        search.add(rendered.search);
+    let mut passed_over = |images: &[Rendered]| {
+        for image in images {
+            search.add(Search {
+                seconds: image.stages.total().wall,
+                rays: image.rays,
+            });
+            search.add(image.search);
+        }
     };
     passed_over(&render(FIRST)?); // The first image finds cold caches: its time is not looked at.
     let mut costs: Vec<Cost> = Vec::new();
-    let mut best: Option<(f64, Rendered)> = None;
+    let mut best: Option<(f64, Vec<Rendered>)> = None;
     let mut count = FIRST;
     for _ in 0..TRIALS {
-        let mut rendered = render(count)?;
-        let cost = rendered.stages.total().wall;
+        let mut images = render(count)?;
+        let cost = cost_of(&images);
         let missed = (cost - seconds).abs() / seconds;
         match costs.iter_mut().find(|known| known.count == count) {
             // What disturbs a measurement only adds to it.
@@ -69,12 +71,14 @@ pub fn render_within(
             }),
         }
         if best.as_ref().is_none_or(|(least, _)| missed < *least) {
-            rendered.found.push((FOUND, count as f64));
-            if let Some((_, before)) = best.replace((missed, rendered)) {
+            if let Some(first) = images.first_mut() {
+                first.found.push((FOUND, count as f64));
+            }
+            if let Some((_, before)) = best.replace((missed, images)) {
                 passed_over(&before);
             }
         } else {
-            passed_over(&rendered);
+            passed_over(&images);
         }
         count = next(seconds, &costs);
         let seen_again = costs
@@ -84,18 +88,25 @@ pub fn render_within(
             break;
         }
     }
-    let Some((missed, mut rendered)) = best else {
+    let Some((missed, mut images)) = best.filter(|(_, images)| !images.is_empty()) else {
         return Err("no image was rendered".into());
     };
-    rendered.search.add(search);
+    let cost = cost_of(&images);
+    let first = &mut images[0];
+    first.search.add(search);
     if missed > MISSED {
-        let cost = rendered.stages.total().wall;
-        rendered.notes.push(format!(
+        first.notes.push(format!(
             "no count of lights or samples came within {:.0} % of {seconds} s: this one takes {cost:.3} s",
             100.0 * MISSED
         ));
     }
-    Ok(rendered)
+    Ok(images)
+}
+
+/// Seconds an image, in the mean of all viewers.
+fn cost_of(images: &[Rendered]) -> f64 {
+    let seconds: f64 = images.iter().map(|image| image.stages.total().wall).sum();
+    seconds / images.len().max(1) as f64
 }
 
 /// The count that the line through the two costs on either side of the budget, or else the two
@@ -128,7 +139,7 @@ mod tests {
     use crate::technique::{Seconds, Stages};
 
     /// An image that takes `cost(count)` seconds.
-    fn costing(cost: impl Fn(u64) -> f64) -> impl Fn(u64) -> Result<Rendered, String> {
+    fn costing(cost: impl Fn(u64) -> f64) -> impl Fn(u64) -> Result<Vec<Rendered>, String> {
         move |count| {
             let mut stages = Stages::default();
             let wall = cost(count);
@@ -139,15 +150,15 @@ mod tests {
                     ..Seconds::default()
                 },
             );
-            Ok(Rendered {
+            Ok(vec![Rendered {
                 stages,
                 ..Rendered::default()
-            })
+            }])
         }
     }
 
-    fn found(rendered: &Rendered) -> f64 {
-        let found = rendered.found.iter().find(|(key, _)| *key == FOUND);
+    fn found(images: &[Rendered]) -> f64 {
+        let found = images[0].found.iter().find(|(key, _)| *key == FOUND);
         found.expect("recorded").1
     }
 
@@ -162,24 +173,24 @@ mod tests {
                 line(n)
             };
             let rendered = render_within(1.0, counted).expect("renders");
-            let missed = (rendered.stages.total().wall - 1.0).abs();
+            let missed = (rendered[0].stages.total().wall - 1.0).abs();
             assert!(missed <= NEAR, "{count}: {missed}");
             assert!((found(&rendered) / count - 1.0).abs() <= 0.1);
             assert!(images.get() <= 7, "{}", images.get());
-            assert!(rendered.notes.is_empty());
+            assert!(rendered[0].notes.is_empty());
         }
     }
 
     #[test]
     fn a_budget_out_of_reach_gets_the_nearest_image_and_a_note() {
         let slow = render_within(1.0, costing(|n| 3.0 + n as f64)).expect("renders");
-        assert_eq!((found(&slow), slow.notes.len()), (1.0, 1));
+        assert_eq!((found(&slow), slow[0].notes.len()), (1.0, 1));
         let constant = render_within(1.0, costing(|_| 0.25)).expect("renders");
-        assert_eq!(constant.notes.len(), 1);
+        assert_eq!(constant[0].notes.len(), 1);
         let bent = costing(|n| 0.1 + 0.01 * (n.min(60)) as f64);
         let bent = render_within(1.0, bent).expect("renders");
         assert!(
-            (bent.stages.total().wall - 0.7).abs() < 1e-9,
+            (bent[0].stages.total().wall - 0.7).abs() < 1e-9,
             "fewer lights than asked"
         );
     }
@@ -193,7 +204,7 @@ mod tests {
             costing(move |n| 0.1 * n as f64 + disturbance)(n)
         };
         let rendered = render_within(1.0, disturbed).expect("renders");
-        assert_eq!((found(&rendered), rendered.notes.len()), (10.0, 0));
+        assert_eq!((found(&rendered), rendered[0].notes.len()), (10.0, 0));
     }
 
     #[test]

@@ -200,40 +200,67 @@ fn contents(path: &Path) -> String {
 type Stamp = (PathBuf, u64, SystemTime);
 
 impl Job {
-    /// Fills in the content ids: of the reference from what it shows, of the job from what it does.
-    /// `scene` is the scene's key.
-    pub(super) fn identify(&mut self, technique: &TechniqueEntry, scene: &str, view: &View) {
-        let of_contenders = |key: &str| technique.of_contenders.contains(&key);
-        let (own, shared): (toml::Table, toml::Table) = self
-            .technique_parameters
-            .clone()
-            .into_iter()
-            .partition(|(key, _)| of_contenders(key));
-        let shown = json!([
-            FORMAT,
-            scene,
-            view,
-            self.transform,
-            technique.about.id,
-            technique.about.version,
-            canonical_table(&shared),
-            [self.width, self.height],
-            self.spp,
-        ]);
-        self.reference = hash(&shown.to_string());
+    /// Fills in the content ids: of the references from what they show, of the job from what it does.
+    pub(super) fn identify(&mut self, technique: &TechniqueEntry, scene: &SceneDescription) {
+        let (own, _) = self.parameters_by_use(technique);
+        let references: Vec<String> = self
+            .sequence
+            .measured()
+            .flat_map(|frame| {
+                let time_s = self.sequence.time_s(frame);
+                let views = self.sequence.views(scene, time_s).unwrap_or_default();
+                views.into_iter().map(move |view| (view, time_s))
+            })
+            .map(|(view, time_s)| self.reference_of(&view, time_s))
+            .collect();
+        self.reference = match &references[..] {
+            [one] => one.clone(),
+            several => hash(&several.join(" ")),
+        };
         let parts = self
             .built_technique()
             .map(|technique| versions(technique.as_ref(), &self.method, &self.method_parameters));
-        let done = json!([
-            self.reference,
-            self.method,
-            parts,
+        let mut done = vec![
+            json!(self.reference),
+            json!(self.method),
+            json!(parts),
             canonical_table(&self.method_parameters),
             canonical_table(&own),
-            self.budget,
-            self.seed,
-        ]);
-        self.id = hash(&done.to_string());
+            json!(self.budget),
+            json!(self.seed),
+        ];
+        if !self.sequence.is_still() {
+            done.push(json!(self.sequence));
+        }
+        self.id = hash(&Value::from(done).to_string());
+    }
+
+    /// Key of the reference of a view, in the coordinates of the scene's file, at a time.
+    pub fn reference_of(&self, view: &View, time_s: f64) -> String {
+        let technique = crate::registry::technique(&self.technique);
+        let version = technique.map_or(0, |entry| entry.about.version);
+        let shared = technique.map_or_else(toml::Table::new, |t| self.parameters_by_use(t).1);
+        let mut shown = vec![
+            json!(FORMAT),
+            json!(self.shown),
+            json!(view),
+            json!(self.transform),
+            json!(self.technique),
+            json!(version),
+            canonical_table(&shared),
+            json!([self.width, self.height]),
+            json!(self.spp),
+        ];
+        if self.moves {
+            shown.push(json!(time_s));
+        }
+        hash(&Value::from(shown).to_string())
+    }
+
+    /// The technique's parameters that only contenders depend on, and those that the reference does too.
+    fn parameters_by_use(&self, technique: &TechniqueEntry) -> (toml::Table, toml::Table) {
+        let parameters = self.technique_parameters.clone().into_iter();
+        parameters.partition(|(key, _)| technique.of_contenders.contains(&key.as_str()))
     }
 }
 

@@ -6,18 +6,20 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use super::EXACT;
 use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
 use super::scene_key;
-use super::scenes::{FoundScene, find_scenes};
+use super::scenes::{Additions, FoundScene, find_scenes};
+use super::sequence::Sequence;
 use crate::technique::{Technique, TechniqueEntry, Terms};
 
 /// What images of a given time count as in estimates, with those that the time is found by.
 const RAYS_PER_SECOND: f64 = 2e7;
 
 /// A resolved experiment: nothing is left to decide before rays are traced.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Plan {
     pub name: String,
     pub title: String,
@@ -44,17 +46,29 @@ pub struct Job {
     pub asked: String,
     /// The paper's name of the scene.
     pub paper: Option<String>,
+    /// The view, or the paths that viewers follow.
     pub view: String,
+    /// What is seen over time; of a still one frame of one view.
+    pub sequence: Sequence,
+    /// What the config adds to the scene.
+    #[serde(default)]
+    pub additions: Option<Additions>,
+    /// Key of what the scene shows, and whether that changes with time.
+    pub shown: String,
+    pub moves: bool,
     pub transform: Option<SceneTransform>,
     /// In place of what the scene declares.
     #[serde(default)]
     pub metres_per_unit: Option<f64>,
+    /// In place of what the scene declares.
+    #[serde(default)]
+    pub max_depth: Option<u32>,
     /// Whether meshes and textures of the scene may be absent.
     #[serde(default)]
     pub incomplete: bool,
     pub technique: String,
     pub technique_parameters: Table,
-    /// Canonical id of the method.
+    /// Canonical id of the method; [`super::EXACT`] for the shading function itself.
     pub method: String,
     pub label: String,
     pub method_parameters: Table,
@@ -67,7 +81,7 @@ pub struct Job {
     pub spp: u32,
     /// Swept keys and their values in this job.
     pub sweep: BTreeMap<String, Value>,
-    /// Key of the reference image.
+    /// Key of the reference image; of a sequence one that stands for all of its references.
     pub reference: String,
     pub allow_non_finite: bool,
 }
@@ -78,12 +92,13 @@ impl Job {
     pub fn estimated_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
         let samples = pixels * u64::from(self.spp);
-        match self.budget {
+        let image = match self.budget {
             Budget::Caches(caches) => pixels + samples + caches * self.rays_per_evaluation(),
             Budget::Lights(lights) => samples * (1 + lights),
             Budget::Samples(paths) => pixels * paths * self.rays_per_evaluation(),
             Budget::Seconds(seconds) => samples + (seconds * RAYS_PER_SECOND) as u64,
-        }
+        };
+        image * self.sequence.images() as u64
     }
 
     /// What a results folder knows it by: its id, and what its row is called.
@@ -97,8 +112,14 @@ impl Job {
             .map_or(0, |technique| technique.rays_per_evaluation())
     }
 
-    /// Rays of its reference.
+    /// Rays of all its references.
     pub fn reference_rays(&self) -> u64 {
+        let images = self.sequence.measured().count() * self.sequence.viewers.len();
+        self.rays_of_reference() * images as u64
+    }
+
+    /// Rays of one of its references.
+    pub fn rays_of_reference(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
         self.built_technique().map_or(0, |technique| {
             let samples = u64::from(technique.reference_samples(self.spp));
@@ -143,6 +164,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     for key in single.iter().map(|(k, _)| k) {
         axes.remove(key);
     }
+    Additions::refuse_overrides(single.iter().map(|(key, _)| key).chain(axes.keys()))?;
     let mut plan = Plan {
         name: base.name.clone(),
         title: base.title.clone(),
@@ -166,6 +188,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
             config: &config,
             sweep: combination,
             cases: &mut cases,
+            is_image: false,
         }
         .add_jobs(&mut plan)?;
     }
@@ -199,19 +222,22 @@ fn combinations(axes: &BTreeMap<String, Vec<Value>>) -> Vec<BTreeMap<String, Val
         })
 }
 
-struct Planner<'a> {
-    source: &'a Source,
-    config: &'a Config,
-    sweep: BTreeMap<String, Value>,
+pub(super) struct Planner<'a> {
+    pub source: &'a Source,
+    pub config: &'a Config,
+    pub sweep: BTreeMap<String, Value>,
     /// Scene, view and swept values of the jobs so far, and the position of their scene.
-    cases: &'a mut HashMap<String, usize>,
+    pub cases: &'a mut HashMap<String, usize>,
+    /// Whether single images are planned: then the exact function is a method too, and the budget has a
+    /// default.
+    pub is_image: bool,
 }
 
 impl Planner<'_> {
-    fn add_jobs(&mut self, plan: &mut Plan) -> Result<(), ConfigError> {
+    pub fn add_jobs(&mut self, plan: &mut Plan) -> Result<(), ConfigError> {
         let config = self.config;
         let technique = self.technique()?;
-        if !technique.has_contenders() {
+        if !self.is_image && !technique.has_contenders() {
             let message = format!(
                 "{} has no contenders to compare; use `lightbench render`",
                 technique.about.id
@@ -237,13 +263,8 @@ impl Planner<'_> {
     }
 
     fn technique(&self) -> Result<&'static TechniqueEntry, ConfigError> {
-        let id = &self.config.technique;
-        crate::registry::technique(id).ok_or_else(|| {
-            let known = crate::registry::TECHNIQUES.iter().map(|e| e.about.id);
-            let known = known.collect::<Vec<_>>().join(", ");
-            let message = format!("no technique is called `{id}`; known: {known}");
-            self.source.error(&["technique"], message)
-        })
+        let technique = crate::registry::technique_named(&self.config.technique);
+        technique.map_err(|message| self.source.error(&["technique"], message))
     }
 
     /// The technique's parameters in one scene.
@@ -300,19 +321,24 @@ impl Planner<'_> {
                     "a method needs an id, for example id = \"VGC+DGS\"".into(),
                 )
             })?;
-            let started = technique.start(&id, &parameters, Terms::default());
-            let method = started.map_err(|error| {
-                let key = &error.key;
-                self.source.error(&["method", &index, key], error.message)
-            })?;
-            let label = label.unwrap_or_else(|| method.id.clone());
+            let id = if self.is_image && id.eq_ignore_ascii_case(EXACT) {
+                EXACT.to_owned()
+            } else {
+                let started = technique.start(&id, &parameters, Terms::default());
+                let started = started.map_err(|error| {
+                    let path = ["method", &index, &error.key];
+                    self.source.error(&path, error.message)
+                })?;
+                started.id
+            };
+            let label = label.unwrap_or_else(|| id.clone());
             if methods.iter().any(|(_, known, _)| *known == label) {
                 return Err(self.source.error(
                     &["method", &index],
                     format!("two methods are called `{label}`; give one of them another label"),
                 ));
             }
-            methods.push((method.id, label, parameters));
+            methods.push((id, label, parameters));
         }
         Ok(methods)
     }
@@ -324,11 +350,15 @@ impl Planner<'_> {
         methods: &[(String, String, Table)],
     ) -> Result<(), ConfigError> {
         let (config, choice, description) = (self.config, scene.choice, &scene.description);
-        let view = scene.view()?;
-        let [width, height] = scene.size(config, view)?;
-        let budget =
-            Budget::of(config, choice).map_err(|(key, message)| scene.error(key, message))?;
+        let (sequence, view) = scene.sequence(config)?;
+        let [width, height] = scene.size(config, &view)?;
+        let place = sequence.place();
         let entry = self.technique()?;
+        let usual = self
+            .is_image
+            .then(|| Budget::usual(entry.unit, [width, height]));
+        let budget = Budget::of(config, choice, usual)
+            .map_err(|(key, message)| scene.error(key, message))?;
         let technique_parameters = self.technique_parameters(entry, scene)?;
         let technique = (entry.build)(&technique_parameters)
             .map_err(|error| scene.error("ao_distance", error.message))?;
@@ -343,7 +373,7 @@ impl Planner<'_> {
                 .check()
                 .map_err(|message| scene.error("transform", message))?;
         }
-        if self.is_left_out(plan, scene, &view.name, &methods[0].1)? {
+        if self.is_left_out(plan, scene, &place, &methods[0].1)? {
             return Ok(());
         }
         let key = scene_key(description);
@@ -355,9 +385,14 @@ impl Planner<'_> {
                     found: scene.found.clone(),
                     asked: choice.name.clone(),
                     paper: choice.paper.clone(),
-                    view: view.name.clone(),
+                    view: place.clone(),
+                    sequence: sequence.clone(),
+                    additions: scene.additions.clone(),
+                    shown: key.clone(),
+                    moves: !description.motions.is_empty(),
                     transform: choice.transform,
                     metres_per_unit: choice.metres_per_unit,
+                    max_depth: choice.max_depth,
                     incomplete: choice.incomplete,
                     technique: entry.about.id.to_owned(),
                     technique_parameters: technique_parameters.clone(),
@@ -374,7 +409,7 @@ impl Planner<'_> {
                     reference: String::new(),
                     allow_non_finite: config.allow_non_finite,
                 };
-                job.identify(entry, &key, view);
+                job.identify(entry, description);
                 plan.jobs.push(job);
             }
         }

@@ -43,7 +43,7 @@ const RAYS_PER_COMPARED_PIXEL: u64 = 60;
 
 /// What a job costs beside its reference, in rays.
 fn work(job: &Job) -> u64 {
-    let pixels = (job.width * job.height) as u64;
+    let pixels = (job.width * job.height * job.sequence.images()) as u64;
     job.estimated_rays() + RAYS_PER_COMPARED_PIXEL * pixels
 }
 
@@ -102,7 +102,7 @@ impl Progress {
     /// `done` of `all` passes of a job's reference are there.
     pub fn reference(&self, job: &Job, done: u32, all: u32) {
         let mut state = self.lock();
-        let per_pass = job.reference_rays() / u64::from(all.max(1));
+        let per_pass = job.rays_of_reference() / u64::from(all.max(1));
         if done == 0 {
             state.reference_done = 0;
         }
@@ -128,6 +128,26 @@ impl Progress {
             }
             None if due => self.line(&text),
             None => {}
+        }
+    }
+
+    /// `done` of `all` frames of a job are there.
+    pub fn frame(&self, job: &Job, done: usize, all: usize) {
+        if all == 1 {
+            return;
+        }
+        let text = format!("{} {}: frame {done}/{all}", job.scene, job.label);
+        match &self.bar {
+            Some(bar) => bar.set_message(text),
+            None => {
+                let mut state = self.lock();
+                let quiet_for = state.last_line.map_or(Duration::MAX, |at| at.elapsed());
+                if quiet_for > Duration::from_secs(10) {
+                    state.last_line = Some(Instant::now());
+                    drop(state);
+                    self.line(&text);
+                }
+            }
         }
     }
 

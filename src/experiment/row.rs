@@ -70,6 +70,16 @@ pub struct Row {
     pub ms_ssim: Option<f64>,
     pub flip_ldr: Option<f64>,
     pub flip_hdr: Option<f64>,
+    /// Frames that were rendered, those of them that were measured, and viewers of each.
+    pub frames: u64,
+    pub frames_measured: u64,
+    pub viewers: u64,
+    /// RMSE of the worst frame of any viewer.
+    pub rmse_worst: Option<f64>,
+    /// RMSE of frames rendered without memory of those before.
+    pub rmse_cold: Option<f64>,
+    /// RMSE of the change of the error between neighbouring frames.
+    pub flicker: Option<f64>,
     /// Key of the reference image.
     pub reference: String,
     /// RMSE of the reference's own noise (0 for deterministic references).
@@ -95,6 +105,10 @@ impl Row {
         self.experiment = experiment.to_owned();
         self.scene.clone_from(&job.scene);
         self.view.clone_from(&job.view);
+        self.frame = job.sequence.representative();
+        self.frames = job.sequence.frames.len() as u64;
+        self.frames_measured = job.sequence.measured().count() as u64;
+        self.viewers = job.sequence.viewers.len() as u64;
         self.technique.clone_from(&job.technique);
         self.method.clone_from(&job.method);
         self.label.clone_from(&job.label);
@@ -118,6 +132,12 @@ impl Row {
     pub(super) fn above_noise(&self) -> Option<f64> {
         let (rmse, floor) = (self.rmse?, self.reference_floor.unwrap_or(0.0));
         Some((rmse * rmse - floor * floor).max(0.0).sqrt())
+    }
+
+    /// Closest-hit and any-hit rays a frame and viewer.
+    pub(super) fn rays_per_image(&self) -> Option<f64> {
+        let images = (self.frames * self.viewers).max(1) as f64;
+        Some((self.rays + self.shadow_rays) as f64 / images)
     }
 
     /// Whether the job finished.

@@ -1,7 +1,12 @@
 //! The scenes of a config: found, replaced where they are absent, under the environments it asks for.
 
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
 use super::config::{Config, ConfigError, OneOrMore, SceneChoice, Source};
-use crate::scene::{SceneDescription, View, find_environment, find_scene};
+use super::sequence::Sequence;
+use crate::scene::{SceneDescription, SceneError, View, find_environment, find_scene};
 
 /// Pixels of the largest image.
 const LARGEST_IMAGE: usize = 1 << 28;
@@ -15,12 +20,69 @@ pub(super) struct FoundScene<'a> {
     pub choice: &'a SceneChoice,
     /// The scene that is loaded: another than the chosen one where it stands in.
     pub found: String,
-    /// With the environment and the unit of the config.
+    /// With the environment, the unit and the depth of the config, and what it adds.
     pub description: SceneDescription,
+    pub additions: Option<Additions>,
     /// Name of the map in the description, if the config names one.
     pub environment: Option<String>,
     /// What rows call it.
     pub name: String,
+}
+
+/// Paths, lights, shapes and motions that a config adds to each of its scenes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Additions {
+    /// As `[[path]]`, `[[light]]`, `[[shape]]` and `[[motion]]` of a scene file.
+    text: String,
+    /// What file names in them are relative to the folder of.
+    file: PathBuf,
+}
+
+impl Additions {
+    /// Those of a config, if it has any.
+    fn of(config: &Config, source: &Source) -> Option<Self> {
+        let parts = [
+            ("path", &config.path),
+            ("light", &config.light),
+            ("shape", &config.shape),
+            ("motion", &config.motion),
+        ];
+        let parts = parts.into_iter().filter(|(_, tables)| !tables.is_empty());
+        let all: toml::Table = parts
+            .map(|(key, tables)| {
+                let tables = tables.iter().cloned().map(toml::Value::Table);
+                (key.to_owned(), toml::Value::Array(tables.collect()))
+            })
+            .collect();
+        (!all.is_empty()).then(|| Self {
+            text: all.to_string(),
+            file: source.file.clone(),
+        })
+    }
+
+    /// They are read with their places in the config's text, which overrides and sweeps do not change.
+    pub(super) fn refuse_overrides<'a>(
+        keys: impl Iterator<Item = &'a String>,
+    ) -> Result<(), ConfigError> {
+        for key in keys {
+            let first = key.split('.').next().unwrap_or_default();
+            if ["path", "light", "shape", "motion"].contains(&first) {
+                return Err(ConfigError::Override {
+                    text: key.clone(),
+                    message: format!("[[{first}]] of a config is changed in its file only"),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds them to a scene.
+    ///
+    /// # Errors
+    /// Those of a scene file, at a place in the additions.
+    pub fn add_to(&self, description: &mut SceneDescription) -> Result<(), SceneError> {
+        description.add(&self.text, &self.file)
+    }
 }
 
 /// A scene of a config, once for each environment that it is to be seen under. Notes tell of a scene
@@ -45,12 +107,25 @@ pub(super) fn find_scenes<'a>(
         }
         description.metres_per_unit = Some(metres);
     }
+    if let Some(edges) = choice.max_depth {
+        if edges == 0 {
+            return Err(at("max_depth", "max_depth: expected at least 1".into()));
+        }
+        description.max_depth = edges;
+    }
+    let additions = Additions::of(config, source);
+    if additions.is_some() {
+        // From the text of the config, so that errors tell the place there.
+        let added = description.add(&source.text, &source.file);
+        added.map_err(|error| ConfigError::Other(error.to_string()))?;
+    }
     let own_name = choice.label.clone();
     let scene = FoundScene {
         source,
         index,
         choice,
         found,
+        additions,
         environment: None,
         name: own_name.unwrap_or_else(|| description.name.clone()),
         description,
@@ -109,6 +184,9 @@ impl FoundScene<'_> {
     /// The view that the config chooses; the first where it chooses none.
     pub fn view(&self) -> Result<&View, ConfigError> {
         let views = &self.description.views;
+        if views.is_empty() {
+            return Err(self.error("view", "the scene declares no view".into()));
+        }
         let chosen = match &self.choice.view {
             None => views.first(),
             Some(name) => views.iter().find(|v| v.name == *name),
@@ -121,6 +199,29 @@ impl FoundScene<'_> {
                 format!("the scene has no such view; it has: {known}"),
             )
         })
+    }
+
+    /// What is seen of it over time, and the first of its cameras, whose size is that of images by default.
+    pub fn sequence(&self, config: &Config) -> Result<(Sequence, View), ConfigError> {
+        let view = self.view()?;
+        let Some(spec) = &config.sequence else {
+            if self.choice.path.is_some() {
+                let message = "a path needs a [sequence] in which it is followed".into();
+                return Err(self.error("path", message));
+            }
+            return Ok((Sequence::still(&view.name), view.clone()));
+        };
+        let path = self.choice.path.as_deref();
+        let resolved = spec.resolve(&self.description, path, &view.name);
+        let sequence = resolved.map_err(|(key, message)| match (key, path) {
+            ("path", Some(_)) => self.error("path", message),
+            _ => self.source.error(&["sequence", key], message),
+        })?;
+        let first = sequence.time_s(sequence.frames[0]);
+        let views = sequence.views(&self.description, first);
+        let view = views.and_then(|views| views.into_iter().next());
+        let view = view.unwrap_or_else(|| self.description.views[0].clone());
+        Ok((sequence, view))
     }
 
     /// Width and height of its images in pixels.

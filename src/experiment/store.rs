@@ -58,19 +58,51 @@ impl Store {
         serde_json::from_str(&text).ok()
     }
 
-    /// Writes a job through `fill`, which gets the unfinished folder, then puts it in place.
+    /// Keys of the references that a finished job was measured against.
+    pub fn references_of(&self, id: &str) -> Vec<String> {
+        let frames = self.job_folder(id).join("frames.csv");
+        let Ok(mut lines) = csv::Reader::from_path(&frames) else {
+            let row = self.row(id);
+            return row.map(|row| row.reference).into_iter().collect();
+        };
+        let headers = lines.headers().cloned().unwrap_or_default();
+        let column = headers.iter().position(|name| name == "reference");
+        let lines = lines.records().flatten();
+        let keys = lines.filter_map(|line| line.get(column?).map(str::to_owned));
+        keys.filter(|key| !key.is_empty()).collect()
+    }
+
+    /// The folder in which a job's files are put until it is complete. What an interrupted run left there stays, for
+    /// the job to go on.
+    pub fn begin(&self, id: &str) -> io::Result<PathBuf> {
+        let begun = self.folder.join("jobs").join(format!(".begun-{id}"));
+        fs::create_dir_all(&begun)?;
+        Ok(begun)
+    }
+
+    /// Completes the folder of a job, through `fill`, and puts it in place. Of a job that failed only its row is
+    /// kept.
     pub fn write_job(
         &self,
         row: &Row,
         fill: impl FnOnce(&Path) -> io::Result<()>,
     ) -> io::Result<()> {
-        self.put(&row.job, |unfinished| {
-            fill(unfinished)?;
-            fs::write(
-                unfinished.join("row.json"),
-                serde_json::to_string_pretty(row)?,
-            )
-        })
+        let mut begun = self.begin(&row.job)?;
+        if !row.ok() {
+            fs::remove_dir_all(&begun)?;
+            begun = self.begin(&row.job)?;
+        }
+        fill(&begun)?;
+        fs::write(begun.join("row.json"), serde_json::to_string_pretty(row)?)?;
+        self.place(&begun, &row.job)
+    }
+
+    fn place(&self, folder: &Path, id: &str) -> io::Result<()> {
+        let place = self.job_folder(id);
+        if place.exists() {
+            fs::remove_dir_all(&place)?;
+        }
+        fs::rename(folder, place)
     }
 
     /// Copies a job of another folder into its place here.
@@ -92,11 +124,7 @@ impl Store {
         }
         fs::create_dir_all(&unfinished)?;
         fill(&unfinished)?;
-        let place = self.job_folder(id);
-        if place.exists() {
-            fs::remove_dir_all(&place)?;
-        }
-        fs::rename(unfinished, place)
+        self.place(&unfinished, id)
     }
 
     /// A plan with those jobs of the folder's own plan that its configs still have, though they are

@@ -29,7 +29,7 @@ pub use exr_write::write_exr;
 pub use false_color::{Palette, false_color};
 pub use layer::{Attributes, Layer, Plane, Samples};
 pub use overview::overview;
-pub use png::{write_png, write_png_coded};
+pub use png::{display_bytes, write_png, write_png_coded};
 pub use read::{Encoding, read, read_coded};
 pub use sanitise::{Sanitised, sanitise};
 pub use tone::{ToneCurve, UnknownToneCurve};
@@ -37,7 +37,7 @@ pub use tone::{ToneCurve, UnknownToneCurve};
 use rayon::prelude::*;
 
 /// A linear RGB image (Rec.709 primaries, scene-referred), row-major, the top left pixel first.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Image {
     pub width: usize,
     pub height: usize,

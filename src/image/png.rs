@@ -8,14 +8,20 @@ pub fn write_png(path: &Path, linear: &Image, exposure: f32) -> Result<(), Image
     write_png_coded(path, &to_display(linear, exposure))
 }
 
+/// What [`write_png`] writes of an image: three bytes a pixel, row-major.
+pub fn display_bytes(linear: &Image, exposure: f32) -> Vec<u8> {
+    bytes_of(&to_display(linear, exposure))
+}
+
+fn bytes_of(coded: &Image) -> Vec<u8> {
+    let quantise = |value: f32| (clamp_unit(value) * 255.0 + 0.5) as u8;
+    let pixels = coded.pixels.iter();
+    pixels.flat_map(|pixel| pixel.map(quantise)).collect()
+}
+
 /// Writes values in `[0, 1]` that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
 pub fn write_png_coded(path: &Path, coded: &Image) -> Result<(), ImageError> {
-    let quantise = |value: f32| (clamp_unit(value) * 255.0 + 0.5) as u8;
-    let bytes: Vec<u8> = coded
-        .pixels
-        .iter()
-        .flat_map(|pixel| pixel.map(quantise))
-        .collect();
+    let bytes = bytes_of(coded);
     let dimension = |n: usize| u32::try_from(n).map_err(|error| ImageError::encode(path, error));
     let (width, height) = (dimension(coded.width)?, dimension(coded.height)?);
     if bytes.len() != coded.width * coded.height * 3 || bytes.is_empty() {

@@ -7,12 +7,14 @@ use serde_json::Value;
 
 use super::estimate::Estimate;
 use crate::experiment::{
-    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, Row, Store, Swept,
+    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, ReferenceStore, Row, Store,
+    Swept,
 };
 
 /// Everything a report is made of, but the images.
 pub struct Data {
     pub store: Store,
+    pub references: ReferenceStore,
     pub plan: Plan,
     pub config: Config,
     pub cases: Cases,
@@ -83,6 +85,7 @@ impl Data {
             .unwrap_or(Value::Null);
         Ok(Self {
             store,
+            references: ReferenceStore::beside(folder),
             config,
             scenes: cases.places.iter().map(SceneOf::of).collect(),
             cases,

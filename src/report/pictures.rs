@@ -96,9 +96,14 @@ fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
             .and_then(serde_json::Value::as_f64)
             .unwrap_or(0.0) as f32,
     };
+    let key = file.attributes.get("reference");
+    if let Some(key) = key.and_then(serde_json::Value::as_str) {
+        pictures.reference = data.references.mean(key);
+    }
     for layer in file.layers {
         match (layer.name.as_str(), layer.samples) {
             ("", Samples::Color(image)) => pictures.beauty = image,
+            // Of folders in which each job has its own copy.
             ("reference", Samples::Color(image)) => pictures.reference = Some(image),
             ("records", Samples::Gray(plane)) => pictures.records = Some(plane),
             ("flip", Samples::Gray(plane)) => pictures.flip = Some(plane),

@@ -37,6 +37,22 @@ pub trait Contender: Send {
     /// A sentence, where the contender needs what is not there.
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String>;
 
+    /// What it remembers of the frames before, so that an interrupted sequence goes on from there.
+    ///
+    /// # Errors
+    /// A sentence.
+    fn memory(&self) -> Result<Vec<u8>, String> {
+        Ok(Vec::new())
+    }
+
+    /// Remembers what [`Contender::memory`] gave; nothing where that is empty.
+    ///
+    /// # Errors
+    /// A sentence, where it is not what this contender gave.
+    fn recall(&mut self, _memory: &[u8]) -> Result<(), String> {
+        Ok(())
+    }
+
     /// What went into one pixel (row-major index) of a shot, a line each.
     ///
     /// # Errors
@@ -113,6 +129,15 @@ pub struct Choice<'a> {
 }
 
 impl Choice<'_> {
+    /// Starts the contender.
+    ///
+    /// # Errors
+    /// A sentence, where it cannot be built.
+    pub fn start<'a>(&self, technique: &'a dyn Technique) -> Result<Started<'a>, String> {
+        let started = technique.start(self.method, self.parameters, self.terms);
+        started.map_err(|error| error.to_string())
+    }
+
     /// Starts the contender and plays one frame: the images of its shots, with the light that all contenders share.
     /// `references` are those of the shots, for contenders that pick settings by error; they may be missing for all
     /// others.
@@ -125,19 +150,11 @@ impl Choice<'_> {
         shots: &[Shot],
         references: &[&Image],
     ) -> Result<Vec<Rendered>, String> {
-        let started = technique.start(self.method, self.parameters, self.terms);
-        let mut contender = started.map_err(|error| error.to_string())?.contender;
+        let mut contender = self.start(technique)?.contender;
         if contender.searches() && references.len() == shots.len() {
             contender.search(shots, references)?;
         }
-        let peak = Peak::start();
-        let mut images = contender.frame(shots)?;
-        let held = peak.bytes();
-        for (shot, rendered) in shots.iter().zip(&mut images) {
-            rendered.bytes_work = held.saturating_sub(rendered.bytes_cache);
-            shot.add_layer(&mut rendered.image);
-        }
-        Ok(images)
+        play_frame(contender.as_mut(), shots)
     }
 
     /// As [`Choice::play`], of one shot.
@@ -154,6 +171,22 @@ impl Choice<'_> {
         let mut images = self.play(technique, std::slice::from_ref(shot), &references)?;
         images.pop().ok_or_else(|| "no image was rendered".into())
     }
+}
+
+/// One frame of a contender at work: the images of its shots, with the light that all contenders share, and the
+/// memory that they took.
+///
+/// # Errors
+/// Those of [`Contender::frame`].
+pub fn play_frame(contender: &mut dyn Contender, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+    let peak = Peak::start();
+    let mut images = contender.frame(shots)?;
+    let held = peak.bytes();
+    for (shot, rendered) in shots.iter().zip(&mut images) {
+        rendered.bytes_work = held.saturating_sub(rendered.bytes_cache);
+        shot.add_layer(&mut rendered.image);
+    }
+    Ok(images)
 }
 
 /// What a search for settings took; excluded from the totals of every contender.

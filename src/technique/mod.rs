@@ -22,7 +22,7 @@ pub mod truth;
 
 pub use cached::{CachedFunction, CachedTechnique, Lookup};
 pub use contender::{
-    Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms,
+    Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms, play_frame,
 };
 pub use distribution::Distribution;
 
@@ -74,6 +74,17 @@ pub enum Unit {
     Lights,
     /// Paths through each pixel of a frame.
     Samples,
+}
+
+impl Unit {
+    /// Its key in configs and rows.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Caches => "caches",
+            Self::Lights => "lights",
+            Self::Samples => "samples",
+        }
+    }
 }
 
 /// A technique with its parameters set.

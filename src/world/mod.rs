@@ -109,6 +109,21 @@ impl World {
         }
     }
 
+    /// The scene as it was moved last.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What was subtracted from all positions of the scene's file.
+    pub fn origin(&self) -> DVec3 {
+        self.scene.origin
+    }
+
+    /// Forgets the moment before: the next one is the first again.
+    pub fn rewind(&mut self) {
+        self.time_s = None;
+    }
+
     /// Moves everything to a time. What was shown before is then one frame earlier; at the first time, and
     /// where nothing moves, that is the same. The same time again is the same moment.
     pub fn at(&mut self, time_s: f64) -> Moment<'_> {

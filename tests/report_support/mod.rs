@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lightbench::experiment::{Budget, Config, Job, Plan, Row, Store};
+use lightbench::experiment::{Budget, Config, Job, Plan, Row, Sequence, Store};
 use lightbench::image::{Attributes, Image, Layer, Plane, write_exr};
 
 /// A results folder in the making.
@@ -57,6 +57,7 @@ impl Folder {
             .collect();
         let job = Job {
             metres_per_unit: None,
+            max_depth: None,
             incomplete: false,
             id: lightbench::experiment::hash(&format!(
                 "{} {} {} {} {sweep:?}",
@@ -67,6 +68,10 @@ impl Folder {
             asked: which.scene.into(),
             paper: Some(which.scene.to_uppercase()),
             view: which.view.into(),
+            sequence: Sequence::still(which.view),
+            additions: None,
+            shown: which.scene.into(),
+            moves: false,
             transform: None,
             technique: "ambient-occlusion".into(),
             technique_parameters: toml::Table::new(),

@@ -54,6 +54,15 @@ const fn metric(
     entry(names, (Unit::None, better), meaning, Cells::Number(get))
 }
 
+const fn derived(
+    names: (&'static str, &'static str),
+    better: Option<bool>,
+    meaning: &'static str,
+    get: fn(&Row) -> Option<f64>,
+) -> ColumnEntry {
+    entry(names, (Unit::Count, better), meaning, Cells::Derived(get))
+}
+
 fn json(map: &Map<String, Value>) -> String {
     serde_json::to_string(map).unwrap_or_default()
 }
@@ -231,9 +240,53 @@ pub const COLUMNS: &[ColumnEntry] = &[
         "mean FLIP over exposures",
         |r| r.flip_hdr,
     ),
-    text("reference", "key of the reference image", |r| {
-        r.reference.clone()
-    }),
+    count(
+        ("frames", "frames"),
+        None,
+        "frames that were rendered, 1 for a still",
+        |r| Some(r.frames),
+    ),
+    count(
+        ("frames_measured", "measured frames"),
+        None,
+        "frames that were measured: errors are means over them and all viewers, RMSE and noise root mean squares",
+        |r| Some(r.frames_measured),
+    ),
+    count(
+        ("viewers", "viewers"),
+        None,
+        "cameras that see each frame",
+        |r| Some(r.viewers),
+    ),
+    derived(
+        ("rays_per_image", "rays a frame and viewer"),
+        LOWER,
+        "closest-hit and any-hit rays of a frame for one viewer",
+        Row::rays_per_image,
+    ),
+    metric(
+        ("rmse_worst", "worst RMSE"),
+        LOWER,
+        "RMSE of the worst measured frame of any viewer",
+        |r| r.rmse_worst,
+    ),
+    metric(
+        ("rmse_cold", "RMSE without memory"),
+        LOWER,
+        "RMSE of measured frames rendered each without what the method remembers, where `cold = true`",
+        |r| r.rmse_cold,
+    ),
+    metric(
+        ("flicker", "flicker"),
+        LOWER,
+        "RMSE of the change of the error between neighbouring measured frames",
+        |r| r.flicker,
+    ),
+    text(
+        "reference",
+        "key of the reference image, or one that stands for those of a sequence",
+        |r| r.reference.clone(),
+    ),
     metric(
         ("reference_floor", "reference noise"),
         None,

@@ -33,10 +33,7 @@ pub(super) fn parse_toml(
 ) -> Result<SceneDescription, SceneError> {
     let embedded = PathBuf::from(format!("<{name}>/scene.toml"));
     let shown = file.unwrap_or(&embedded);
-    let root = DeTable::parse(text).map_err(|e| {
-        let offset = e.span().map_or(0, |s| s.start);
-        error_at(shown, text, offset, e.message().trim().to_owned())
-    })?;
+    let root = parse(text, shown)?;
     let source = Source { file: shown, text };
     let keys = Keys::new(&source, root.get_ref(), 0..0, "the scene");
     let mut loader = Loader {
@@ -54,6 +51,34 @@ pub(super) fn parse_toml(
     };
     loader.read(&keys)?;
     Ok(loader.scene)
+}
+
+impl SceneDescription {
+    /// Adds the `[[shape]]`, `[[light]]`, `[[path]]` and `[[motion]]` of a text, such as a config has, to the scene.
+    /// Names of files are relative to the folder of `file`. Other keys are not looked at.
+    ///
+    /// # Errors
+    /// As for scene files, at a place in `text`.
+    pub fn add(&mut self, text: &str, file: &Path) -> Result<(), SceneError> {
+        let root = parse(text, file)?;
+        let source = Source { file, text };
+        let keys = Keys::new(&source, root.get_ref(), 0..0, "the config");
+        let mut loader = Loader {
+            folder: file.parent().unwrap_or(Path::new("")).to_owned(),
+            texture_names: Vec::new(),
+            scene: std::mem::take(self),
+        };
+        let added = loader.additions(&keys);
+        *self = loader.scene;
+        added
+    }
+}
+
+fn parse<'a>(text: &'a str, file: &Path) -> Result<toml::Spanned<DeTable<'a>>, SceneError> {
+    DeTable::parse(text).map_err(|e| {
+        let offset = e.span().map_or(0, |s| s.start);
+        error_at(file, text, offset, e.message().trim().to_owned())
+    })
 }
 
 /// The state of one load.

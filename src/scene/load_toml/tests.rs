@@ -236,7 +236,7 @@ fn errors_say_where_what_and_what_instead() {
         (
             "[[view]]\norigin = [0, 0, 0]\nfov_deg = 45\n".to_owned(),
             "1:1",
-            "[[view]] needs `target`",
+            "view `main` needs `target`",
         ),
         ("title = \n".to_owned(), "1:9", ""),
         ("[[view]\n".to_owned(), "1:", ""),

@@ -74,7 +74,7 @@ fn wrong_motions_have_places() {
             "18:18",
             "`nobody` is unknown",
         ),
-        ("light = \"lamp\"\nkeys = []", "18:9", "did you mean"),
+        ("light = \"lamp\"\nkeys = []", "18:9", "`lamp` is unknown"),
         ("shape = \"box\"", "17:1", "needs `keys`"),
         (
             "shape = \"box\"\nkeys = [{ time = 1, scale = 1 }, { time = 1, scale = 2 }]",

@@ -100,8 +100,8 @@ fn wrong_paths_have_places() {
             "below 180",
         ),
         (
-            format!("keys = [{}]", key.replace("fov_deg", "fov")),
-            "10:62",
+            format!("keys = [{}]", key.replace("time = 0", "time = 0, fov = 3")),
+            "10:21",
             "unknown key `fov`",
         ),
         (

@@ -1,0 +1,344 @@
+//! Plays a job: its frames one after another, each for all viewers, measured against their references.
+
+use std::path::Path;
+use std::rc::Rc;
+
+use super::equal_time;
+use super::loaded::Loaded;
+use super::pictures::{self, Shown};
+use super::progress::Progress;
+use super::reference::Reference;
+use super::sequence::{Animation, Checkpoint, FrameRecord, Metrics, Thumbnail};
+use super::truths::Truths;
+use super::{Budget, Job, LIGHTS_IN_TIME};
+use crate::image::Image;
+use crate::metric::{CompareOptions, Comparison, compare};
+use crate::scene::View;
+use crate::technique::{
+    Choice, Contender, Film, Rendered, Shot, Started, Technique, Terms, play_frame,
+};
+use crate::world::Moment;
+
+/// A job and all that it is played with.
+pub(super) struct Player<'a> {
+    pub job: &'a Job,
+    pub technique: &'a dyn Technique,
+    /// Where the job's files are put until it is complete.
+    pub folder: &'a Path,
+    pub checkpoint_every: std::time::Duration,
+    pub keeps_lights: bool,
+    pub progress: &'a Progress,
+}
+
+/// A frame of a job, as all its viewers see it.
+struct Frame<'a> {
+    place: usize,
+    number: u32,
+    time_s: f64,
+    shots: &'a [Shot<'a>],
+}
+
+impl Player<'_> {
+    /// Renders and measures all frames that no checkpoint has, and leaves pictures of those that are kept.
+    ///
+    /// # Errors
+    /// A sentence, where the contender, a reference or a file fails.
+    pub fn play(
+        &self,
+        loaded: &mut Loaded,
+        truths: &mut Truths,
+    ) -> Result<Vec<FrameRecord>, String> {
+        let sequence = &self.job.sequence;
+        let mut state = Checkpoint::read(self.folder);
+        let mut contender = self.start(state.count)?;
+        contender.recall(&state.memory)?;
+        self.rewind(loaded, truths, (contender.as_mut(), state.done))?;
+        let mut written = std::time::Instant::now();
+        let frames = sequence.frames.iter().enumerate().skip(state.done);
+        for (place, &number) in frames {
+            let time_s = sequence.time_s(number);
+            let views = loaded.views(self.job, number)?;
+            let moment = loaded.world.at(time_s);
+            let mut shots = self.shots(moment, &views, (number, truths));
+            for shot in &mut shots {
+                shot.layer = truths.layer(self.technique, shot);
+            }
+            let frame = Frame {
+                place,
+                number,
+                time_s,
+                shots: &shots,
+            };
+            let images = match (self.job.budget, place) {
+                (Budget::Seconds(seconds), 0) => {
+                    let (count, images) = self.within(seconds, &frame)?;
+                    state.count = Some(count);
+                    if sequence.images() == 1 {
+                        images
+                    } else {
+                        contender = self.start(state.count)?;
+                        let played = self.frame(contender.as_mut(), &frame, truths)?;
+                        played.into_iter().zip(images).map(with_search).collect()
+                    }
+                }
+                _ => self.frame(contender.as_mut(), &frame, truths)?,
+            };
+            self.measure(&frame, images, (&mut state, truths))?;
+            state.done = place + 1;
+            self.progress
+                .frame(self.job, state.done, sequence.frames.len());
+            if written.elapsed() >= self.checkpoint_every && state.done < sequence.frames.len() {
+                state.memory = contender.memory()?;
+                state.write(self.folder).map_err(|e| e.to_string())?;
+                written = std::time::Instant::now();
+            }
+        }
+        let animation = Animation::of(sequence);
+        animation
+            .write(self.folder, &state.thumbnails)
+            .map_err(|e| e.to_string())?;
+        Checkpoint::remove(self.folder).map_err(|e| e.to_string())?;
+        Ok(state.frames)
+    }
+
+    fn start(&self, count: Option<u64>) -> Result<Box<dyn Contender + '_>, String> {
+        let choice = self.choice(count.or(self.job.budget.count()).unwrap_or(1));
+        let started = choice.start(self.technique);
+        started.map(|Started { contender, .. }| contender)
+    }
+
+    fn choice(&self, count: u64) -> Choice<'_> {
+        Choice {
+            method: &self.job.method,
+            parameters: &self.job.method_parameters,
+            terms: Terms {
+                budget: count as usize,
+                seed: self.job.seed,
+            },
+        }
+    }
+
+    /// The world one frame before the next one that is played, with settings searched for again: the beginning, or
+    /// after a checkpoint.
+    fn rewind(
+        &self,
+        loaded: &mut Loaded,
+        truths: &mut Truths,
+        (contender, done): (&mut dyn Contender, usize),
+    ) -> Result<(), String> {
+        let sequence = &self.job.sequence;
+        loaded.world.rewind();
+        let Some(before) = done.checked_sub(1) else {
+            return Ok(());
+        };
+        if contender.searches() {
+            let first = sequence.frames[0];
+            let views = loaded.views(self.job, first)?;
+            let moment = loaded.world.at(sequence.time_s(first));
+            let shots = self.shots(moment, &views, (first, truths));
+            self.search(contender, &shots, truths)?;
+        }
+        loaded.world.at(sequence.time_s(sequence.frames[before]));
+        Ok(())
+    }
+
+    fn shots<'s>(
+        &self,
+        moment: Moment<'s>,
+        views: &'s [View],
+        (frame, truths): (u32, &mut Truths),
+    ) -> Vec<Shot<'s>> {
+        let film = Film::of(self.job);
+        let mut shots: Vec<Shot> = views
+            .iter()
+            .zip(0..)
+            .map(|(view, viewer)| {
+                let mut shot = Shot::new(moment, view, film);
+                (shot.frame, shot.viewer) = (frame, viewer);
+                shot
+            })
+            .collect();
+        let exposure = truths.exposure(|| self.technique.exposure(&shots[0]));
+        shots.iter_mut().for_each(|shot| shot.exposure = exposure);
+        shots
+    }
+
+    /// Renders a frame, after a search for settings if it is the first.
+    fn frame(
+        &self,
+        contender: &mut dyn Contender,
+        frame: &Frame,
+        truths: &mut Truths,
+    ) -> Result<Vec<Rendered>, String> {
+        if frame.place == 0 && contender.searches() {
+            self.search(contender, frame.shots, truths)?;
+        }
+        let start = std::time::Instant::now();
+        let images = play_frame(contender, frame.shots)?;
+        let charged: f64 = images.iter().map(|image| image.stages.total().wall).sum();
+        let uncharged = start.elapsed().as_secs_f64() - charged;
+        self.progress.spend("not charged", uncharged);
+        Ok(images)
+    }
+
+    fn search(
+        &self,
+        contender: &mut dyn Contender,
+        shots: &[Shot],
+        truths: &mut Truths,
+    ) -> Result<(), String> {
+        let references = shots.iter().map(|shot| self.truth(truths, shot));
+        let references = references.collect::<Result<Vec<Rc<Reference>>, _>>()?;
+        let means: Vec<&Image> = references.iter().map(|r| &r.mean).collect();
+        contender.search(shots, &means)
+    }
+
+    fn truth(&self, truths: &mut Truths, shot: &Shot) -> Result<Rc<Reference>, String> {
+        truths.reference(self.job, (self.technique, shot), self.progress)
+    }
+
+    /// The images of the first frame with as many lights or samples as take some seconds, and their number.
+    fn within(&self, seconds: f64, frame: &Frame) -> Result<(u64, Vec<Rendered>), String> {
+        let images = equal_time::render_within(seconds, |count| {
+            play_frame(self.start(Some(count))?.as_mut(), frame.shots)
+        })?;
+        let found = images[0]
+            .found
+            .iter()
+            .find(|(key, _)| *key == LIGHTS_IN_TIME);
+        let count = found.map_or(1.0, |(_, count)| *count);
+        Ok((count as u64, images))
+    }
+
+    /// Compares the images of a frame with their references and notes what it took.
+    fn measure(
+        &self,
+        frame: &Frame,
+        images: Vec<Rendered>,
+        (state, truths): (&mut Checkpoint, &mut Truths),
+    ) -> Result<(), String> {
+        let sequence = &self.job.sequence;
+        let exposure = self.technique.exposure_stops(frame.shots[0].scene);
+        let mut errors = Vec::new();
+        for (shot, rendered) in frame.shots.iter().zip(images) {
+            let mut record = FrameRecord {
+                frame: frame.number,
+                viewer: shot.viewer,
+                time_s: frame.time_s,
+                ..FrameRecord::of(&rendered)
+            };
+            let mut measured = None;
+            if sequence.is_measured(frame.place) {
+                let reference = self.truth(truths, shot)?;
+                let comparison = self.compare(&reference.mean, &rendered.image, exposure)?;
+                let error = pictures::difference(&rendered.image, &reference.mean);
+                let before = state.errors.get(usize::from(shot.viewer));
+                record.error_change = before.map(|before| mean_square_change(&error, before));
+                record.metrics = Some(Metrics::of(&comparison));
+                record.reference = Some(truths.key(self.job, shot)?);
+                record.reference_floor = reference.floor();
+                record.rmse_cold = self.cold((frame, shot), &record, (&reference, truths))?;
+                errors.push(error);
+                measured = Some((reference, comparison));
+            }
+            let shown = Shown {
+                shot,
+                rendered: &rendered,
+                measured: measured.as_ref().map(|(r, c)| (&r.mean, c)),
+                key: record.reference.as_deref().unwrap_or_default(),
+                exposure,
+            };
+            self.leave(&shown, &mut state.thumbnails)
+                .map_err(|e| format!("pictures: {e}"))?;
+            state.frames.push(record);
+        }
+        state.errors = errors;
+        Ok(())
+    }
+
+    fn compare(
+        &self,
+        reference: &Image,
+        image: &Image,
+        exposure: f32,
+    ) -> Result<Comparison, String> {
+        let options = CompareOptions {
+            exposure,
+            maps: true,
+            ..CompareOptions::default()
+        };
+        let compared = || compare(reference, image, &options);
+        self.progress
+            .time("metrics", compared)
+            .map_err(|e| e.to_string())
+    }
+
+    /// RMSE of a viewer's image by a contender that remembers nothing, where that is asked for.
+    fn cold(
+        &self,
+        (frame, shot): (&Frame, &Shot),
+        record: &FrameRecord,
+        (reference, truths): (&Reference, &mut Truths),
+    ) -> Result<Option<f64>, String> {
+        let warm = record.metrics.map(|metrics| metrics.rmse);
+        if !self.job.sequence.cold {
+            return Ok(None);
+        }
+        let mut contender = self.start(None)?;
+        if !contender.remembers() {
+            return Ok(warm);
+        }
+        if contender.searches() {
+            self.search(contender.as_mut(), frame.shots, truths)?;
+        }
+        let images = play_frame(contender.as_mut(), frame.shots)?;
+        let image = &images[usize::from(shot.viewer)].image;
+        Ok(Some(self.compare(&reference.mean, image, 0.0)?.rmse))
+    }
+
+    /// Writes the pictures of a frame that are kept.
+    fn leave(&self, shown: &Shown, thumbnails: &mut Vec<Thumbnail>) -> std::io::Result<()> {
+        let sequence = &self.job.sequence;
+        let (frame, viewer) = (shown.shot.frame, shown.shot.viewer);
+        let writing = || -> std::io::Result<()> {
+            if frame == sequence.representative() && viewer == 0 {
+                shown.write(self.folder, (self.job, "image", "preview"))?;
+                if self.keeps_lights {
+                    shown.write_lights(self.folder)?;
+                }
+            }
+            if sequence.images() > 1 && sequence.kept.contains(&frame) {
+                let folder = self.folder.join("frames");
+                let name = format!("{frame:06}-{viewer}");
+                shown.write(&folder, (self.job, &name, &name))?;
+            }
+            Ok(())
+        };
+        self.progress.time("writing", writing)?;
+        let animation = Animation::of(sequence);
+        if shown.measured.is_some() && animation.shows(frame) {
+            let picture = Thumbnail::of(&shown.rendered.image, shown.exposure, (frame, viewer));
+            thumbnails.push(picture);
+        }
+        Ok(())
+    }
+}
+
+/// What finding the number of lights took belongs to the first frame.
+fn with_search((mut played, found): (Rendered, Rendered)) -> Rendered {
+    played.search.add(found.search);
+    played.found = found.found;
+    played.notes = found.notes;
+    played
+}
+
+/// Mean over pixels and channels.
+fn mean_square_change(error: &Image, before: &Image) -> f64 {
+    let pairs = error
+        .pixels
+        .iter()
+        .flatten()
+        .zip(before.pixels.iter().flatten());
+    let squares = pairs.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
+    squares.sum::<f64>() / (3 * error.pixels.len()).max(1) as f64
+}

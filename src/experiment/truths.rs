@@ -1,0 +1,103 @@
+//! What all jobs of one sequence are measured against and share: references, exposure, and light that every
+//! contender gets.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use super::progress::Progress;
+use super::reference::{Reference, ReferenceStore};
+use super::{Job, Sequence};
+use crate::image::Image;
+use crate::scene::{SceneDescription, View};
+use crate::technique::{Shot, Technique};
+
+/// Bytes of references and layers that are held between jobs; longer sequences read or make them again.
+const HELD_BYTES: usize = 256 << 20;
+
+/// See the module.
+pub(super) struct Truths<'a> {
+    store: &'a ReferenceStore,
+    description: &'a SceneDescription,
+    exposure: Option<f32>,
+    /// By frame and viewer, where all of the sequence can be held.
+    references: Option<HashMap<(u32, u16), Rc<Reference>>>,
+    layers: Option<HashMap<(u32, u16), Option<Image>>>,
+}
+
+impl<'a> Truths<'a> {
+    /// Of the sequence of a job.
+    pub fn new(store: &'a ReferenceStore, description: &'a SceneDescription, job: &Job) -> Self {
+        let pixels = job.width * job.height * job.sequence.images();
+        let image = pixels * size_of::<[f32; 3]>();
+        Self {
+            store,
+            description,
+            exposure: None,
+            references: (2 * image <= HELD_BYTES).then(HashMap::new),
+            layers: (image <= HELD_BYTES).then(HashMap::new),
+        }
+    }
+
+    /// The exposure of the sequence, from its first shot.
+    pub fn exposure(&mut self, of_first: impl FnOnce() -> f32) -> f32 {
+        *self.exposure.get_or_insert_with(of_first)
+    }
+
+    /// Light of a shot that all contenders share.
+    pub fn layer(&mut self, technique: &dyn Technique, shot: &Shot) -> Option<Image> {
+        match &mut self.layers {
+            None => technique.shared_layer(shot),
+            Some(held) => held
+                .entry((shot.frame, shot.viewer))
+                .or_insert_with(|| technique.shared_layer(shot))
+                .clone(),
+        }
+    }
+
+    /// Key of a shot's reference.
+    ///
+    /// # Errors
+    /// A sentence, where the scene has no longer what the viewer follows.
+    pub fn key(&self, job: &Job, shot: &Shot) -> Result<String, String> {
+        let view = declared_view(self.description, &job.sequence, (shot.frame, shot.viewer));
+        let view =
+            view.ok_or_else(|| format!("{} has no view or path `{}`", job.scene, job.view))?;
+        Ok(job.reference_of(&view, job.sequence.time_s(shot.frame)))
+    }
+
+    /// The complete reference of a shot.
+    ///
+    /// # Errors
+    /// A sentence, where it can be neither read nor rendered.
+    pub fn reference(
+        &mut self,
+        job: &Job,
+        (technique, shot): (&dyn Technique, &Shot),
+        progress: &Progress,
+    ) -> Result<Rc<Reference>, String> {
+        let place = (shot.frame, shot.viewer);
+        if let Some(known) = self.references.as_ref().and_then(|held| held.get(&place)) {
+            return Ok(known.clone());
+        }
+        let key = self.key(job, shot)?;
+        let shown = |done, all| progress.reference(job, done, all);
+        let obtained = progress.time("references", || {
+            self.store.obtain(&key, (technique, shot), &shown)
+        });
+        let reference = Rc::new(obtained.map_err(|error| format!("no reference: {error}"))?);
+        if let Some(held) = &mut self.references {
+            held.insert(place, reference.clone());
+        }
+        Ok(reference)
+    }
+}
+
+/// The camera of a viewer in a frame, in the coordinates of the scene's file.
+fn declared_view(
+    description: &SceneDescription,
+    sequence: &Sequence,
+    (frame, viewer): (u32, u16),
+) -> Option<View> {
+    let views = sequence.views(description, sequence.time_s(frame))?;
+    views.into_iter().nth(usize::from(viewer))
+}
