@@ -110,6 +110,10 @@ impl Importer<'_> {
             }
             taken.extend(own.keys().map(|target| (*target, i)));
             for (c, channel) in animation.channels.iter().enumerate() {
+                if valid(&channel.target.path) == Some(Property::MorphTargetWeights) {
+                    self.note("animated weights of morph targets are left out");
+                    continue;
+                }
                 let place = format!("{place}, channel {c}");
                 self.channel((animation, channel), &place, (buffers, &mut nodes))?;
             }
@@ -118,7 +122,7 @@ impl Importer<'_> {
     }
 
     fn channel(
-        &mut self,
+        &self,
         (animation, channel): (&Animation, &Channel),
         place: &str,
         (buffers, nodes): (&Buffers, &mut HashMap<usize, Animated>),
@@ -146,12 +150,12 @@ impl Importer<'_> {
             times_s: times(file, buffers, (place, sampler.input.value()))?,
         };
         let output = sampler.output.value();
-        let mut node = || nodes.entry(index).or_default();
+        let node: &mut Animated = nodes.entry(index).or_default();
         match valid(&channel.target.path) {
-            Some(Property::Translation) => node().translation = Some(keys.track(output, vector)?),
-            Some(Property::Rotation) => node().rotation = Some(keys.track(output, rotation)?),
-            Some(Property::Scale) => node().scale = Some(keys.track(output, vector)?),
-            _ => self.note("animated weights of morph targets are left out"),
+            Some(Property::Translation) => node.translation = Some(keys.track(output, vector)?),
+            Some(Property::Rotation) => node.rotation = Some(keys.track(output, rotation)?),
+            Some(Property::Scale) => node.scale = Some(keys.track(output, vector)?),
+            _ => {}
         }
         Ok(())
     }

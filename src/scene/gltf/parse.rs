@@ -136,7 +136,7 @@ fn check_version(path: &Path, root: &Root) -> Result<(), SceneError> {
 fn check_positions(path: &Path, root: &Root) -> Result<(), SceneError> {
     for (i, mesh) in root.meshes.iter().enumerate() {
         for (j, primitive) in mesh.primitives.iter().enumerate() {
-            for (_, accessor) in &primitive.attributes {
+            for accessor in primitive.attributes.values() {
                 if accessor.value() >= root.accessors.len() {
                     let message = format!(
                         "meshes[{i}].primitives[{j}].attributes: accessor {} is not there",
