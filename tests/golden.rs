@@ -9,19 +9,27 @@ use std::sync::OnceLock;
 
 use lightbench::cache::interpolation::INTERPOLATIONS;
 use lightbench::experiment::{
-    COLUMNS, Cells, EXACT, FOUND, Job, Row, RunOptions, Source, Store, Unit, build_technique,
-    exact, kernel, load_scene, plan, plan_image, run, shot_of,
+    COLUMNS, Cells, EXACT, FOUND, Job, Loaded, Row, RunOptions, Source, Store, Unit,
+    build_technique, exact, kernel, plan, plan_image, run,
 };
 use lightbench::registry::TECHNIQUES;
 use lightbench::technique::{TechniqueEntry, Terms};
-use lightbench::trace::Tracer;
-use lightbench::world::Moment;
 
 const BLESS: &str = "LIGHTBENCH_BLESS";
 /// Counts that the allocator has a say in.
 const MEASURED: [&str; 2] = ["bytes_scene", "bytes_work"];
 /// Columns that say what was run, not what came of it.
-const GIVEN: [&str; 5] = ["frame", "seed", "width", "height", "spp"];
+const GIVEN: [&str; 9] = [
+    "frame",
+    "frames",
+    "frames_measured",
+    "viewers",
+    "rmse_worst",
+    "seed",
+    "width",
+    "height",
+    "spp",
+];
 
 /// A number of a row, by its technique, method and column.
 type Numbers = BTreeMap<[String; 3], f64>;
@@ -102,6 +110,7 @@ fn run_all(entry: &TechniqueEntry, folder: &Path) -> Vec<Row> {
         references: folder.join("references"),
         fail_fast: false,
         quiet: true,
+        checkpoint_every: std::time::Duration::MAX,
     };
     run(&plan, &config, &options).expect("runs");
     let rows = Store::open(&options.folder).expect("results").rows(&plan);
@@ -136,9 +145,9 @@ fn numbers_of_truth(entry: &TechniqueEntry, numbers: &mut Numbers) {
     let text = source(entry, &format!("[[method]]\nid = '{EXACT}'"));
     let job: Job = plan_image(&text.parse().expect("a config")).expect("plans");
     let technique = build_technique(&job).expect("parameters");
-    let scene = load_scene(&job, technique.as_ref()).expect("loads");
-    let tracer = Tracer::new(&scene.positions, &scene.triangles);
-    let shot = shot_of(&job, Moment::still(&scene, &tracer)).expect("a view");
+    let mut loaded = Loaded::new(&job, technique.as_ref()).expect("loads");
+    let views = loaded.views(&job, 0).expect("a view");
+    let shot = loaded.shot((&job, 0), &views[0], technique.as_ref());
     let rendered = exact(technique.as_ref(), &shot);
     let values = rendered.image.pixels.as_flattened();
     let sum: f64 = values.iter().map(|&value| f64::from(value)).sum();

@@ -36,12 +36,27 @@ fn theirs(name: &str) -> (Image, Image) {
 }
 
 fn check(name: &str, samples: u64) {
-    compare(name, &scene(name), samples);
+    let scene = scene(name);
+    compare(name, &scene, samples, scene.max_depth);
 }
 
-fn compare(name: &str, scene: &Scene, samples: u64) {
+/// The scene of a glTF file at a time, seen by its camera; theirs is the same scene written for Mitsuba.
+fn check_gltf(name: &str, time_s: f64) {
+    let path = file(&format!("../gltf/{name}.gltf"));
+    let description = find_scene(&path.to_string_lossy()).expect("a scene");
+    let scene = Scene::build(&description, Needs::ALL).expect("builds");
+    let mut world = World::declared(scene, &description);
+    let mut scene = world.at(time_s).scene.clone();
+    if let Some(path) = description.paths.first() {
+        scene.views[0] = path.view(time_s);
+        scene.views[0].origin -= scene.origin;
+    }
+    compare(&format!("gltf-{name}"), &scene, 256, 4);
+}
+
+fn compare(name: &str, scene: &Scene, samples: u64, depth: u32) {
     let (mean, variance) = theirs(name);
-    let ours = small_render(scene, [SIDE, SIDE], samples, scene.max_depth);
+    let ours = small_render(scene, [SIDE, SIDE], samples, depth);
     let found = agreement(&ours, &mean, &variance, [4.0, 0.004]);
     println!("{name}: {found:?}");
     assert!((0.7..1.3).contains(&found.z_rms), "{name}: {found:?}");
@@ -73,6 +88,16 @@ fn point_spot_and_parallel_light_scattered_once() {
 }
 
 #[test]
+fn a_gltf_room_of_plastic_metal_and_four_kinds_of_light() {
+    check_gltf("room", 0.0);
+}
+
+#[test]
+fn a_moment_of_a_gltf_animation_seen_by_its_camera() {
+    check_gltf("moving", 0.7);
+}
+
+#[test]
 fn a_white_scene_under_a_white_sky() {
     check("sky", 128);
 }
@@ -92,7 +117,7 @@ fn a_moment_of_a_moving_scene_along_a_path() {
         scene.views = vec![view];
         seen.push(scene);
     }
-    compare("moving", &seen[0], 256);
+    compare("moving", &seen[0], 256, 5);
     let [there, back] = [&seen[0], &seen[2]].map(|s| small_render(s, [8, 8], 2, 5).mean);
     assert_eq!(there, back);
     assert_eq!(seen[0].point_lights.len(), 2, "one is switched off");

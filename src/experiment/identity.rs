@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 
 use super::Job;
 use crate::scene::{
-    Material, SceneDescription, ShapeDescription, ShapeSource, TextureDescription, TextureSource,
-    View,
+    GltfFile, Material, SceneDescription, ShapeDescription, ShapeSource, TextureDescription,
+    TextureSource, View,
 };
 use crate::technique::{Technique, TechniqueEntry, Terms};
 
@@ -85,6 +85,12 @@ fn shape(shape: &ShapeDescription) -> Value {
         ShapeSource::Obj { path, part } => json!(["obj", contents(path), part]),
         ShapeSource::Ply { path } => json!(["ply", contents(path)]),
         ShapeSource::Serialized { path, index } => json!(["serialized", contents(path), index]),
+        ShapeSource::Gltf {
+            file,
+            mesh,
+            primitive,
+            uv_set,
+        } => json!(["gltf", all_contents(file), mesh, primitive, uv_set]),
         ShapeSource::Rectangle => json!(["rectangle"]),
         ShapeSource::Cube => json!(["cube"]),
         ShapeSource::Sphere { centre, radius } => json!(["sphere", centre, radius]),
@@ -118,13 +124,22 @@ fn texture(texture: &TextureDescription) -> Value {
         nearest,
         wrap,
         uv_scale,
+        uv_turn_rad,
         uv_offset,
+        factor,
+        alpha,
     } = texture;
     let source = match source {
         TextureSource::File(path) => json!(["file", contents(path)]),
+        TextureSource::Gltf { file, image } => json!(["gltf", all_contents(file), image]),
         TextureSource::Checkerboard(colours) => json!(["checkerboard", colours]),
     };
-    json!([source, srgb, nearest, wrap, uv_scale, uv_offset])
+    let basic = json!([source, srgb, nearest, wrap, uv_scale, uv_offset]);
+    // What only glTF says is not part of the keys of others.
+    match (uv_turn_rad, factor, alpha) {
+        (0.0, [1.0, 1.0, 1.0], None) => basic,
+        others => json!([basic, others]),
+    }
 }
 
 fn environment(environment: &EnvironmentDescription) -> Value {
@@ -150,6 +165,11 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             scale,
         } => json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]),
     }
+}
+
+/// Hashes of a glTF file and its buffers.
+fn all_contents(file: &GltfFile) -> Vec<String> {
+    file.files().iter().map(|path| contents(path)).collect()
 }
 
 /// A hash of what is in a file; `absent` or the reason for files that cannot be read. It is
