@@ -22,7 +22,7 @@ fn column(parameters: &Parameters, radius: f64, height: f64) -> Mesh {
             [1.14, 0.29],
             [1.0, 0.31],
         ],
-        parameters.steps(3),
+        parameters.steps(2),
     );
     let head = smooth_profile(
         &[
@@ -34,7 +34,7 @@ fn column(parameters: &Parameters, radius: f64, height: f64) -> Mesh {
             [1.05, -0.16],
             [1.36, -0.08],
         ],
-        parameters.steps(3),
+        parameters.steps(2),
     );
     let profile: Vec<[f64; 2]> = [[0.0, 0.07]]
         .into_iter()
@@ -44,7 +44,7 @@ fn column(parameters: &Parameters, radius: f64, height: f64) -> Mesh {
         .collect();
     merged([
         slab(1.5 * radius, [-0.02, 0.08]),
-        lathe(&profile, parameters.steps(36)),
+        lathe(&profile, parameters.steps(26)),
         slab(1.45 * radius, [height - 0.09, height + 0.01]),
     ])
 }
@@ -111,7 +111,7 @@ pub(super) fn balustrade(parameters: &Parameters) -> Mesh {
             ],
             parameters.steps(2),
         ),
-        parameters.steps(12),
+        parameters.steps(10),
     );
     around(|count| {
         let bays = bays(count).flat_map(|x| {
@@ -119,8 +119,8 @@ pub(super) fn balustrade(parameters: &Parameters) -> Mesh {
                 let w = PITCH * 0.5 - 0.1;
                 bevelled_box([x - w, y[0], -half], [x + w, y[1], half], 0.012)
             };
-            let posts = (0..8).map(|i| {
-                let across = (f64::from(i) / 7.0 - 0.5) * (PITCH - 0.66);
+            let posts = (0..6).map(|i| {
+                let across = (f64::from(i) / 5.0 - 0.5) * (PITCH - 0.66);
                 moved(&baluster, [x + across, GALLERY + 0.17, 0.0])
             });
             let rails = [

@@ -18,7 +18,7 @@ fn curtain(parameters: &Parameters, key: u64) -> Mesh {
     let (width, drop) = (0.92, SPRING - 0.3);
     let phase = jitter(parameters.seed, key, [0.0, TAU]);
     sheet(
-        [parameters.steps(48), parameters.steps(14)],
+        [parameters.steps(42), parameters.steps(11)],
         0.002,
         |u, v| {
             // v = 0 at the hem.
@@ -86,7 +86,7 @@ pub(super) fn rods(parameters: &Parameters) -> Mesh {
 const FIGURES: [[f64; 3]; 2] = [[0.0, -5.2, 0.0], [0.0, 5.2, 180.0]];
 
 pub(super) fn figures(parameters: &Parameters) -> Mesh {
-    let figure = seated(parameters.cell(0.026));
+    let figure = seated(parameters.cell(0.036));
     merged(FIGURES.map(|[x, z, turn_deg]| set_at(&figure, [x, 0.896, z], turn_deg, 0.8)))
 }
 

@@ -92,7 +92,7 @@ pub(super) fn chairs(parameters: &Parameters) -> Mesh {
 
 /// A woven rug under the table.
 pub(super) fn rug(parameters: &Parameters) -> Mesh {
-    let n = parameters.steps(60);
+    let n = parameters.steps(40);
     let rug = sheet([n, n], 0.004, |u, v| {
         let (x, z) = ((u - 0.5) * 2.9, (0.5 - v) * 2.1);
         let weave = 0.0012 * ((x * 90.0).sin() * (z * 90.0).cos());

@@ -68,7 +68,7 @@ pub const PARTS: &[(&str, PartFunction)] = &[
 /// What there are dozens of has fewer facets here than in a scene of the kitchen alone.
 fn coarser(parameters: &Parameters) -> Parameters {
     Parameters {
-        detail: parameters.detail * 0.65,
+        detail: parameters.detail * 0.55,
         ..*parameters
     }
 }

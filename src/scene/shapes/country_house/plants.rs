@@ -17,7 +17,7 @@ fn count(parameters: &Parameters, leaves: f64) -> usize {
 
 /// Tufts on the lawn between house and fence, denser beside the path.
 pub(super) fn grass(parameters: &Parameters) -> Mesh {
-    let tufts = count(parameters, 2900.0) as u64;
+    let tufts = count(parameters, 2300.0) as u64;
     merged((0..tufts).filter_map(|i| {
         let random =
             |k: u64, range: [f64; 2]| jitter(parameters.seed, 1_000_000 + i * 4 + k, range);
@@ -57,7 +57,7 @@ pub(super) fn bushes(parameters: &Parameters) -> Mesh {
         .map(|(i, [x, z, r, height])| {
             let near = z < 4.2 && x > -3.0 && x < 7.0;
             let area = r * (r + height);
-            let (leaf, density) = if near { (0.06, 2600.0) } else { (0.15, 620.0) };
+            let (leaf, density) = if near { (0.06, 1900.0) } else { (0.15, 480.0) };
             Bush {
                 centre: [x, LAWN + height * 0.5, z],
                 radii: [r, height * 0.5, r * 0.9],
@@ -158,7 +158,7 @@ pub(super) fn crowns(parameters: &Parameters) -> Mesh {
                         z + out * turn.sin(),
                     ],
                     radii: [r, r * 0.8, r],
-                    leaves: count(parameters, if near { 1300.0 } else { 550.0 }),
+                    leaves: count(parameters, if near { 900.0 } else { 380.0 }),
                     leaf: if near { 0.17 } else { 0.34 },
                     key: 1000 + 16 * i as u64 + k,
                 },

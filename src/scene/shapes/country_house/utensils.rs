@@ -18,7 +18,7 @@ const TABLE: f64 = 0.74;
 
 fn turned(parameters: &Parameters, profile: &[[f64; 2]], segments: usize) -> Mesh {
     lathe(
-        &smooth_profile(profile, parameters.steps(5)),
+        &smooth_profile(profile, parameters.steps(3)),
         parameters.steps(segments),
     )
 }

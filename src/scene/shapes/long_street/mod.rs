@@ -49,6 +49,8 @@ pub const PARTS: &[(&str, PartFunction)] = &[
     ("van-glass", parked::van_glass),
     ("crates", parked::crates),
     ("fruit", parked::fruit),
+    ("stall-poles", parked::stall_poles),
+    ("stall-lamps", parked::stall_lamps),
     ("plants", parked::plants),
 ];
 

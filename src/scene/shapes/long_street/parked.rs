@@ -215,6 +215,27 @@ pub(super) fn crates(_: &Parameters) -> Mesh {
     at_stalls(&merged(slatted))
 }
 
+/// A pole with an arm over every stall, and the cap of its lamp.
+pub(super) fn stall_poles(parameters: &Parameters) -> Mesh {
+    let round = parameters.steps(10);
+    let rod = |a: [f64; 3], b: [f64; 3], r: f64| capsule(a, b, [r, r], round);
+    let [x, y, z] = STALL_LAMP;
+    at_stalls(&merged([
+        rod([-1.05, 0.0, -0.25], [-1.05, y + 0.3, -0.25], 0.022),
+        rod([-1.05, y + 0.3, -0.25], [x, y + 0.3, z], 0.014),
+        rod([x, y + 0.3, z], [x, y + 0.06, z], 0.006),
+        moved(&cylinder(0.05, 0.06, 0.01, round), [x, y + 0.05, z]),
+    ]))
+}
+
+/// Bulbs over the stalls.
+pub(super) fn stall_lamps(parameters: &Parameters) -> Mesh {
+    at_stalls(&moved(&sphere(0.065, parameters.steps(14)), STALL_LAMP))
+}
+
+/// Where the bulb hangs in the frame of a stall.
+const STALL_LAMP: [f64; 3] = [0.0, 2.1, 0.5];
+
 /// Fruit heaped in the crates.
 pub(super) fn fruit(parameters: &Parameters) -> Mesh {
     let ball = sphere(0.045, parameters.steps(7));
