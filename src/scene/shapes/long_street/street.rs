@@ -77,7 +77,7 @@ const POLES: usize = 10;
 
 /// (x, z) of a pole; they stand on the two sides in turn.
 fn pole_at(i: usize) -> [f64; 2] {
-    let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+    let side = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
     [side * (KERB_X + 0.45), -3.0 - POLE_PITCH * i as f64]
 }
 
