@@ -24,6 +24,18 @@ pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
     TECHNIQUES.iter().find(|entry| entry.about.answers_to(id))
 }
 
+/// As [`technique`].
+///
+/// # Errors
+/// A sentence that lists what there is.
+pub fn technique_named(id: &str) -> Result<&'static TechniqueEntry, String> {
+    technique(id).ok_or_else(|| {
+        let known: Vec<&str> = TECHNIQUES.iter().map(|e| e.about.id).collect();
+        let known = known.join(", ");
+        format!("no technique is called `{id}`; known: {known}")
+    })
+}
+
 /// Kind, and every entry of it.
 pub fn entries() -> Vec<(&'static str, &'static About)> {
     let techniques = TECHNIQUES.iter().map(|e| ("techniques", &e.about));

@@ -9,6 +9,8 @@ use assert_cmd::Command;
 
 #[path = "cli/folders.rs"]
 mod folders;
+#[path = "cli/gates.rs"]
+mod gates;
 #[path = "cli/planning.rs"]
 mod planning;
 
@@ -95,12 +97,19 @@ impl Place {
 
     /// With a ray kernel of choice.
     fn lightbench_by(&self, kernel: Option<&str>, arguments: &[&str]) -> Output {
+        let kernel = kernel.map(|name| ("LIGHTBENCH_KERNEL", name));
+        self.lightbench_with(kernel, arguments)
+    }
+
+    /// With a variable of the environment.
+    fn lightbench_with(&self, variable: Option<(&str, &str)>, arguments: &[&str]) -> Output {
         let output = Command::cargo_bin("lightbench")
             .expect("built")
             .current_dir(self.path())
             .env_remove("LIGHTBENCH_SCENES")
             .env_remove("LIGHTBENCH_KERNEL")
-            .envs(kernel.map(|name| ("LIGHTBENCH_KERNEL", name)))
+            .env_remove("LIGHTBENCH_HIDE")
+            .envs(variable)
             .args(arguments)
             .output()
             .expect("runs");

@@ -152,6 +152,12 @@ pub struct ContenderArgs {
     pub scene: String,
     #[arg(long)]
     pub view: Option<String>,
+    /// A camera path of the scene, in place of a view; of a stereo pair its left eye
+    #[arg(long)]
+    pub path: Option<String>,
+    /// The moment that is shown, of scenes in which something moves
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub time: f64,
     #[arg(long, default_value = "ambient-occlusion")]
     pub technique: String,
     /// A distribution such as VGC+DGS (the default), a sampler of environment maps such as

@@ -7,8 +7,8 @@ use super::render::Prepared;
 /// Writes `x,y,z,nx,ny,nz,px,py,stage`: scene units in the scene's own frame, pixels from the top
 /// left, stage 0 for the first stage and 1 for the refinement.
 pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
-    let prepared = Prepared::new(&args.contender)?;
-    if prepared.is_reference() {
+    let mut prepared = Prepared::new(&args.contender)?;
+    if prepared.is_exact() {
         return Err(Failure::usage(
             "the reference has no records; name a method that has",
         ));
@@ -19,11 +19,11 @@ pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
             "only distributions have records; name one with --method",
         ));
     }
-    let width = prepared.shot().width as u32;
+    let width = prepared.job.width as u32;
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(["x", "y", "z", "nx", "ny", "nz", "px", "py", "stage"])?;
     for record in &rendered.records {
-        let p = record.site.position.as_dvec3() + prepared.scene.origin;
+        let p = record.site.position.as_dvec3() + prepared.scene().origin;
         let n = record.site.normal;
         let mut cells: Vec<String> = [p.x, p.y, p.z].map(|v| v.to_string()).to_vec();
         cells.extend([n.x, n.y, n.z].map(|v| v.to_string()));

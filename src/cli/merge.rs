@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::args::MergeArgs;
 use super::exit::{self, Failure};
 use super::out;
-use crate::experiment::{Plan, Provenance, Store};
+use crate::experiment::{Plan, Provenance, ReferenceStore, Store};
 
 /// Copies every job once, finished ones before failed ones, unites the plans and rebuilds the report.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
@@ -38,6 +38,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     for job in &united.jobs {
         adopt_best(&target, &stores, &job.id)?;
     }
+    adopt_references(&target, &stores, &united)?;
     target.write("config.json", &config)?;
     provenance.write(&target)?;
     target.write("plan.json", &serde_json::to_string_pretty(&united)?)?;
@@ -45,6 +46,26 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let written = crate::report::write(&args.out)?;
     out::write(written.summary);
     Ok(exit::OK)
+}
+
+/// Brings the references of the jobs to the store beside the merged folder, where reports look for them.
+fn adopt_references(target: &Store, parts: &[Store], plan: &Plan) -> std::io::Result<()> {
+    let here = ReferenceStore::beside(&target.folder);
+    let there = parts.iter().map(|p| ReferenceStore::beside(&p.folder));
+    let there: Vec<ReferenceStore> = there.collect();
+    let mut wanted: Vec<String> = Vec::new();
+    for job in &plan.jobs {
+        wanted.extend(target.references_of(&job.id));
+    }
+    wanted.sort_unstable();
+    wanted.dedup();
+    for key in wanted.iter().filter(|key| !here.path(key).exists()) {
+        if let Some(found) = there.iter().find(|store| store.path(key).exists()) {
+            let bytes = std::fs::read(found.path(key))?;
+            crate::files::write(&here.path(key), bytes)?;
+        }
+    }
+    Ok(())
 }
 
 /// Takes the job from the first part in which it finished, else from one in which it failed.

@@ -8,7 +8,7 @@ use globset::Glob;
 use super::args::{PlanArgs, Selection};
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Config, Override, Plan, Source, Store, Suite, plan};
+use crate::experiment::{Config, Job, Override, Plan, Source, Store, Suite, plan};
 
 /// A planned config and its results folder.
 pub struct Planned {
@@ -129,17 +129,39 @@ impl Filter {
         })
     }
 
-    fn select(&self, jobs: Vec<crate::experiment::Job>) -> Vec<crate::experiment::Job> {
-        let (shard, shards) = self.shard;
+    fn select(&self, jobs: Vec<Job>) -> Vec<Job> {
         let matches = |glob: &Option<globset::GlobMatcher>, name: &str| {
             glob.as_ref().is_none_or(|g| g.is_match(name))
         };
-        jobs.into_iter()
+        let mut selected: Vec<Job> = jobs
+            .into_iter()
             .filter(|j| matches(&self.scene, &j.scene) && matches(&self.method, &j.label))
-            .enumerate()
-            .filter(|(i, _)| i % shards == shard)
-            .map(|(_, job)| job)
-            .collect()
+            .collect();
+        let own = self.shard_of(&selected);
+        let mut own = own.into_iter();
+        selected.retain(|_| own.next().unwrap_or(false));
+        selected
+    }
+
+    /// Which jobs are this shard's. Jobs that share references stay together, so that no reference is rendered twice;
+    /// where there are fewer of such groups than shards they are dealt one by one.
+    fn shard_of(&self, jobs: &[Job]) -> Vec<bool> {
+        let (shard, shards) = self.shard;
+        let mut groups: Vec<&str> = jobs.iter().map(|job| job.reference.as_str()).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        let by_group = groups.len() >= shards;
+        let mut order: Vec<&str> = Vec::new();
+        let dealt = jobs.iter().enumerate().map(|(i, job)| {
+            let known = order.iter().position(|key| *key == job.reference);
+            let group = known.unwrap_or_else(|| {
+                order.push(&job.reference);
+                order.len() - 1
+            });
+            let number = if by_group { group } else { i };
+            number % shards == shard
+        });
+        dealt.collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Reference, ReferenceStore, Store, build_technique, load_world, shot_of};
+use crate::experiment::{Loaded, Reference, ReferenceStore, Store, build_technique};
 
 /// One line a stored reference.
 pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
@@ -60,20 +60,28 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
             );
             continue;
         }
-        let mut world = load_world(job, technique.as_ref())?;
-        let shot = shot_of(job, world.at(0.0))?;
-        let mut reference =
-            store.obtain(&job.reference, (technique.as_ref(), &shot), &|_, _| {})?;
-        let path = store.path(&job.reference);
-        store.extend(
-            &mut reference,
-            (&path, args.samples),
-            (technique.as_ref(), &shot),
-            &|done, all| {
-                eprintln!("{}: {done}/{all}", job.scene);
-            },
-        )?;
-        say!("{}: {} samples", job.scene, reference.samples);
+        let mut loaded = Loaded::new(job, technique.as_ref())?;
+        let mut exposure = None;
+        for frame in job.sequence.measured() {
+            let time_s = job.sequence.time_s(frame);
+            let declared = job.sequence.views(&loaded.declared, time_s);
+            let views = loaded.views(job, frame).map_err(Failure::job)?;
+            for (view, declared) in views.iter().zip(declared.unwrap_or_default()) {
+                let key = job.reference_of(&declared, time_s);
+                let mut shot = loaded.shot((job, frame), view, technique.as_ref());
+                shot.exposure = *exposure.get_or_insert(shot.exposure);
+                let contents = (technique.as_ref(), &shot);
+                let mut reference = store.obtain(&key, contents, &|_, _| {})?;
+                let shown = |done, all| eprintln!("{}: {done}/{all}", job.scene);
+                let extended = (store.path(&key), args.samples);
+                store.extend(&mut reference, (&extended.0, extended.1), contents, &shown)?;
+                say!(
+                    "{}, frame {frame}: {} samples",
+                    job.scene,
+                    reference.samples
+                );
+            }
+        }
     }
     Ok(exit::OK)
 }

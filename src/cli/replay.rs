@@ -3,7 +3,7 @@
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Job, LIGHTS_IN_TIME, Row, Store, build_technique, load_world, shot_of};
+use crate::experiment::{Job, LIGHTS_IN_TIME, Loaded, Row, Store, build_technique};
 use crate::technique::Terms;
 use crate::trace::RayCounter;
 
@@ -80,8 +80,13 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
             ))
         })?;
     let technique = build_technique(job)?;
-    let mut world = load_world(job, technique.as_ref())?;
-    let shot = shot_of(job, world.at(0.0))?;
+    let mut loaded = Loaded::new(job, technique.as_ref())?;
+    let frame = job.sequence.representative();
+    let views = loaded.views(job, frame).map_err(Failure::job)?;
+    let shot = loaded.shot((job, frame), &views[0], technique.as_ref());
+    if !job.sequence.is_still() {
+        eprintln!("note: frame {frame} is replayed alone, as the first viewer sees it");
+    }
     let terms = Terms {
         budget: budget as usize,
         seed: job.seed,

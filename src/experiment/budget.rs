@@ -32,10 +32,23 @@ impl Budget {
         }
     }
 
-    /// The budget of one scene; an error names the key at fault.
+    /// What a single image gets unless it is told: 16 lights, a path a pixel, or the records per pixel of
+    /// 120,000 at full HD.
+    pub(super) fn usual(unit: Unit, [width, height]: [usize; 2]) -> u64 {
+        let of_paper = (width * height) as f64 * 120_000.0 / (1920.0 * 1080.0);
+        match unit {
+            Unit::Lights => 16,
+            Unit::Samples => 1,
+            Unit::Caches => (of_paper.round() as u64).max(1),
+        }
+    }
+
+    /// The budget of one scene; an error names the key at fault. `usual` is the count where none is set;
+    /// without it one must be.
     pub(super) fn of(
         config: &Config,
         choice: &SceneChoice,
+        usual: Option<u64>,
     ) -> Result<Self, (&'static str, String)> {
         let unit = crate::registry::technique(&config.technique).map_or(Unit::Caches, |t| t.unit);
         let caches = choice.caches.or(config.caches);
@@ -80,7 +93,7 @@ impl Budget {
             let message = format!("seconds: expected a number above 0 and up to {LONGEST_S}");
             return Err(("seconds", message));
         }
-        let count = count.filter(|n| *n > 0).ok_or_else(|| {
+        let count = count.or(usual).filter(|n| *n > 0).ok_or_else(|| {
             let message =
                 format!("no number of {wanted}: set `{wanted}` for the experiment or the scene");
             (wanted, message)

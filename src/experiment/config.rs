@@ -150,6 +150,9 @@ pub struct SceneChoice {
     /// Replaces the length of a scene unit in metres.
     #[serde(default)]
     pub metres_per_unit: Option<f64>,
+    /// Replaces the scene's longest paths, edges.
+    #[serde(default)]
+    pub max_depth: Option<u32>,
     /// Says that meshes and textures of the scene are known to be absent, so that it is used without
     /// them; otherwise absent files are an error.
     #[serde(default)]
@@ -357,8 +360,9 @@ pub enum ConfigError {
     Other(String),
 }
 
-/// The text of a config and where it came from: what errors point into.
-#[derive(Clone, Debug)]
+/// The text of a config and where it came from: what errors point into. A config that no file holds has
+/// none, and its errors are their messages.
+#[derive(Clone, Debug, Default)]
 pub struct Source {
     pub file: PathBuf,
     pub text: String,
@@ -384,6 +388,9 @@ impl Source {
     }
 
     fn error_at(&self, offset: usize, message: String) -> ConfigError {
+        if self.file.as_os_str().is_empty() {
+            return ConfigError::Other(message);
+        }
         let (line, column) = line_column(&self.text, offset);
         ConfigError::At {
             file: self.file.clone(),

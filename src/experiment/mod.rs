@@ -11,8 +11,11 @@ mod config;
 mod equal_time;
 mod expression;
 mod identity;
+mod image;
 mod light_files;
+mod loaded;
 mod locate;
+mod lock;
 mod overrides;
 mod panics;
 mod pictures;
@@ -42,13 +45,15 @@ pub use config::{
 pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
 pub use identity::{hash, scene_key};
+pub use image::{EXACT, exact, plan_image, render_job};
 pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
+pub use loaded::{Loaded, build_technique};
 pub use overrides::Override;
 pub use plan::{Job, Plan, plan};
 pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::{Reference, ReferenceStore};
 pub use row::{Row, to_csv};
-pub use run::{Outcome, RunError, RunOptions, build_technique, load_world, run, shot_of};
+pub use run::{Outcome, RunError, RunOptions, run};
 pub use scale::Scale;
 pub use scenes::Additions;
 pub use sequence::{

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use super::EXACT;
 use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::overrides::Override;
@@ -18,7 +19,7 @@ use crate::technique::{Technique, TechniqueEntry, Terms};
 const RAYS_PER_SECOND: f64 = 2e7;
 
 /// A resolved experiment: nothing is left to decide before rays are traced.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Plan {
     pub name: String,
     pub title: String,
@@ -59,12 +60,15 @@ pub struct Job {
     /// In place of what the scene declares.
     #[serde(default)]
     pub metres_per_unit: Option<f64>,
+    /// In place of what the scene declares.
+    #[serde(default)]
+    pub max_depth: Option<u32>,
     /// Whether meshes and textures of the scene may be absent.
     #[serde(default)]
     pub incomplete: bool,
     pub technique: String,
     pub technique_parameters: Table,
-    /// Canonical id of the method.
+    /// Canonical id of the method; [`super::EXACT`] for the shading function itself.
     pub method: String,
     pub label: String,
     pub method_parameters: Table,
@@ -160,6 +164,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     for key in single.iter().map(|(k, _)| k) {
         axes.remove(key);
     }
+    Additions::refuse_overrides(single.iter().map(|(key, _)| key).chain(axes.keys()))?;
     let mut plan = Plan {
         name: base.name.clone(),
         title: base.title.clone(),
@@ -183,6 +188,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
             config: &config,
             sweep: combination,
             cases: &mut cases,
+            is_image: false,
         }
         .add_jobs(&mut plan)?;
     }
@@ -216,19 +222,22 @@ fn combinations(axes: &BTreeMap<String, Vec<Value>>) -> Vec<BTreeMap<String, Val
         })
 }
 
-struct Planner<'a> {
-    source: &'a Source,
-    config: &'a Config,
-    sweep: BTreeMap<String, Value>,
+pub(super) struct Planner<'a> {
+    pub source: &'a Source,
+    pub config: &'a Config,
+    pub sweep: BTreeMap<String, Value>,
     /// Scene, view and swept values of the jobs so far, and the position of their scene.
-    cases: &'a mut HashMap<String, usize>,
+    pub cases: &'a mut HashMap<String, usize>,
+    /// Whether single images are planned: then the exact function is a method too, and the budget has a
+    /// default.
+    pub is_image: bool,
 }
 
 impl Planner<'_> {
-    fn add_jobs(&mut self, plan: &mut Plan) -> Result<(), ConfigError> {
+    pub fn add_jobs(&mut self, plan: &mut Plan) -> Result<(), ConfigError> {
         let config = self.config;
         let technique = self.technique()?;
-        if !technique.has_contenders() {
+        if !self.is_image && !technique.has_contenders() {
             let message = format!(
                 "{} has no contenders to compare; use `lightbench render`",
                 technique.about.id
@@ -254,13 +263,8 @@ impl Planner<'_> {
     }
 
     fn technique(&self) -> Result<&'static TechniqueEntry, ConfigError> {
-        let id = &self.config.technique;
-        crate::registry::technique(id).ok_or_else(|| {
-            let known = crate::registry::TECHNIQUES.iter().map(|e| e.about.id);
-            let known = known.collect::<Vec<_>>().join(", ");
-            let message = format!("no technique is called `{id}`; known: {known}");
-            self.source.error(&["technique"], message)
-        })
+        let technique = crate::registry::technique_named(&self.config.technique);
+        technique.map_err(|message| self.source.error(&["technique"], message))
     }
 
     /// The technique's parameters in one scene.
@@ -317,19 +321,24 @@ impl Planner<'_> {
                     "a method needs an id, for example id = \"VGC+DGS\"".into(),
                 )
             })?;
-            let started = technique.start(&id, &parameters, Terms::default());
-            let method = started.map_err(|error| {
-                let key = &error.key;
-                self.source.error(&["method", &index, key], error.message)
-            })?;
-            let label = label.unwrap_or_else(|| method.id.clone());
+            let id = if self.is_image && id.eq_ignore_ascii_case(EXACT) {
+                EXACT.to_owned()
+            } else {
+                let started = technique.start(&id, &parameters, Terms::default());
+                let started = started.map_err(|error| {
+                    let path = ["method", &index, &error.key];
+                    self.source.error(&path, error.message)
+                })?;
+                started.id
+            };
+            let label = label.unwrap_or_else(|| id.clone());
             if methods.iter().any(|(_, known, _)| *known == label) {
                 return Err(self.source.error(
                     &["method", &index],
                     format!("two methods are called `{label}`; give one of them another label"),
                 ));
             }
-            methods.push((method.id, label, parameters));
+            methods.push((id, label, parameters));
         }
         Ok(methods)
     }
@@ -344,9 +353,12 @@ impl Planner<'_> {
         let (sequence, view) = scene.sequence(config)?;
         let [width, height] = scene.size(config, &view)?;
         let place = sequence.place();
-        let budget =
-            Budget::of(config, choice).map_err(|(key, message)| scene.error(key, message))?;
         let entry = self.technique()?;
+        let usual = self
+            .is_image
+            .then(|| Budget::usual(entry.unit, [width, height]));
+        let budget = Budget::of(config, choice, usual)
+            .map_err(|(key, message)| scene.error(key, message))?;
         let technique_parameters = self.technique_parameters(entry, scene)?;
         let technique = (entry.build)(&technique_parameters)
             .map_err(|error| scene.error("ao_distance", error.message))?;
@@ -380,6 +392,7 @@ impl Planner<'_> {
                     moves: !description.motions.is_empty(),
                     transform: choice.transform,
                     metres_per_unit: choice.metres_per_unit,
+                    max_depth: choice.max_depth,
                     incomplete: choice.incomplete,
                     technique: entry.about.id.to_owned(),
                     technique_parameters: technique_parameters.clone(),

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use super::equal_time;
+use super::loaded::Loaded;
 use super::pictures::{self, Shown};
 use super::progress::Progress;
 use super::reference::Reference;
@@ -12,17 +13,16 @@ use super::truths::Truths;
 use super::{Budget, Job, LIGHTS_IN_TIME};
 use crate::image::Image;
 use crate::metric::{CompareOptions, Comparison, compare};
-use crate::scene::{SceneDescription, View};
+use crate::scene::View;
 use crate::technique::{
     Choice, Contender, Film, Rendered, Shot, Started, Technique, Terms, play_frame,
 };
-use crate::world::{Moment, World};
+use crate::world::Moment;
 
 /// A job and all that it is played with.
 pub(super) struct Player<'a> {
     pub job: &'a Job,
     pub technique: &'a dyn Technique,
-    pub description: &'a SceneDescription,
     /// Where the job's files are put until it is complete.
     pub folder: &'a Path,
     pub checkpoint_every: std::time::Duration,
@@ -43,18 +43,22 @@ impl Player<'_> {
     ///
     /// # Errors
     /// A sentence, where the contender, a reference or a file fails.
-    pub fn play(&self, world: &mut World, truths: &mut Truths) -> Result<Vec<FrameRecord>, String> {
+    pub fn play(
+        &self,
+        loaded: &mut Loaded,
+        truths: &mut Truths,
+    ) -> Result<Vec<FrameRecord>, String> {
         let sequence = &self.job.sequence;
         let mut state = Checkpoint::read(self.folder);
         let mut contender = self.start(state.count)?;
         contender.recall(&state.memory)?;
-        self.rewind(world, truths, (contender.as_mut(), state.done))?;
+        self.rewind(loaded, truths, (contender.as_mut(), state.done))?;
         let mut written = std::time::Instant::now();
         let frames = sequence.frames.iter().enumerate().skip(state.done);
         for (place, &number) in frames {
             let time_s = sequence.time_s(number);
-            let views = self.views(world, time_s)?;
-            let moment = world.at(time_s);
+            let views = loaded.views(self.job, number)?;
+            let moment = loaded.world.at(time_s);
             let mut shots = self.shots(moment, &views, (number, truths));
             for shot in &mut shots {
                 shot.layer = truths.layer(self.technique, shot);
@@ -118,40 +122,24 @@ impl Player<'_> {
     /// after a checkpoint.
     fn rewind(
         &self,
-        world: &mut World,
+        loaded: &mut Loaded,
         truths: &mut Truths,
         (contender, done): (&mut dyn Contender, usize),
     ) -> Result<(), String> {
         let sequence = &self.job.sequence;
-        world.rewind();
+        loaded.world.rewind();
         let Some(before) = done.checked_sub(1) else {
             return Ok(());
         };
         if contender.searches() {
-            let time_s = sequence.time_s(sequence.frames[0]);
-            let views = self.views(world, time_s)?;
-            let shots = self.shots(world.at(time_s), &views, (sequence.frames[0], truths));
+            let first = sequence.frames[0];
+            let views = loaded.views(self.job, first)?;
+            let moment = loaded.world.at(sequence.time_s(first));
+            let shots = self.shots(moment, &views, (first, truths));
             self.search(contender, &shots, truths)?;
         }
-        world.at(sequence.time_s(sequence.frames[before]));
+        loaded.world.at(sequence.time_s(sequence.frames[before]));
         Ok(())
-    }
-
-    /// The cameras at a time, in the frame of the world.
-    fn views(&self, world: &World, time_s: f64) -> Result<Vec<View>, String> {
-        let views = self.job.sequence.views(self.description, time_s);
-        let views = views.ok_or_else(|| {
-            let Job { scene, view, .. } = self.job;
-            format!("{scene} has no view or path `{view}`")
-        })?;
-        let origin = world.origin();
-        Ok(views
-            .into_iter()
-            .map(|view| View {
-                origin: view.origin - origin,
-                ..view
-            })
-            .collect())
     }
 
     fn shots<'s>(
@@ -160,11 +148,7 @@ impl Player<'_> {
         views: &'s [View],
         (frame, truths): (u32, &mut Truths),
     ) -> Vec<Shot<'s>> {
-        let film = Film {
-            width: self.job.width,
-            height: self.job.height,
-            spp: self.job.spp,
-        };
+        let film = Film::of(self.job);
         let mut shots: Vec<Shot> = views
             .iter()
             .zip(0..)

@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 
 use super::{Plan, Store};
-use crate::trace::Kernel;
+use crate::trace::{Kernel, hidden_instructions};
 
 const FILE: &str = "provenance.json";
 
@@ -59,8 +59,13 @@ pub struct Provenance {
 struct Entry {
     program: String,
     machine: String,
+    /// The kernel that answered rays.
     ray_kernel: String,
+    /// Of the processor, those that the environment hid included.
     instruction_sets: Vec<String>,
+    /// What `LIGHTBENCH_HIDE` kept from use.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    hidden_instruction_sets: Vec<String>,
     build: String,
     threads: usize,
     /// First and last time.
@@ -92,6 +97,10 @@ impl Provenance {
             machine: machine(),
             ray_kernel: kernel(),
             instruction_sets: instruction_sets(),
+            hidden_instruction_sets: hidden_instructions()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
             build: build.into(),
             threads: rayon::current_num_threads(),
             started_unix_seconds: now,
@@ -130,6 +139,7 @@ impl Provenance {
             known.program == new.program
                 && known.machine == new.machine
                 && known.ray_kernel == new.ray_kernel
+                && known.hidden_instruction_sets == new.hidden_instruction_sets
                 && known.build == new.build
         };
         let Some(known) = self.entries.iter_mut().find(alike) else {
@@ -182,6 +192,7 @@ mod tests {
             machine: "machine".into(),
             ray_kernel: "kernel".into(),
             instruction_sets: Vec::new(),
+            hidden_instruction_sets: Vec::new(),
             build: "release".into(),
             threads: 2,
             started_unix_seconds: started,

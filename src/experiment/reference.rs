@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::lock::Lock;
 use crate::image::{Attributes, Image, ImageError, Layer, Samples, read_layers, write_exr};
 use crate::technique::{Shot, Technique, reference_pass};
 use crate::trace::RayCounter;
@@ -152,7 +153,8 @@ impl ReferenceStore {
     }
 
     /// The complete reference of a shot: read, or rendered and stored. Unfinished ones are taken up
-    /// where they were left; they are stored at most every half minute.
+    /// where they were left; they are stored at most every half minute. Of several programs that want the same
+    /// reference one renders it and the others wait.
     pub fn obtain(
         &self,
         key: &str,
@@ -161,12 +163,33 @@ impl ReferenceStore {
     ) -> Result<Reference, ImageError> {
         let path = self.path(key);
         let wanted = technique.reference_samples(shot.spp);
+        if let Some(known) = self.complete(&path, wanted)? {
+            return Ok(known);
+        }
+        let lock = Lock::of(&path).map_err(|source| ImageError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        // Another program may have completed it in the meantime.
+        if let Some(known) = self.complete(&path, wanted)? {
+            return Ok(known);
+        }
         let mut reference = match path.exists() {
             true => Reference::read(&path)?,
             false => Reference::empty(shot, wanted, technique.reference_is_random()),
         };
         self.extend(&mut reference, (&path, wanted), (technique, shot), progress)?;
+        lock.remove();
         Ok(reference)
+    }
+
+    /// A stored reference that has all its passes.
+    fn complete(&self, path: &Path, wanted: u32) -> Result<Option<Reference>, ImageError> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        let reference = Reference::read(path)?;
+        Ok((reference.samples >= wanted).then_some(reference))
     }
 
     /// Adds passes until the reference has `wanted` of them.

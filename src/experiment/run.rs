@@ -5,8 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
-
+use super::loaded::{Loaded, build_technique};
 use super::panics::with_panics_as_errors;
 use super::play::Player;
 use super::provenance::{self, Provenance};
@@ -15,9 +14,6 @@ use super::sequence::{FrameRecord, frames_csv};
 use super::truths::Truths;
 use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
 use crate::memory;
-use crate::scene::{Needs, Scene, SceneDescription, find_environment, find_scene};
-use crate::technique::{Film, Shot, Technique, TechniqueEntry};
-use crate::world::{Moment, World};
 
 /// How often the rows so far are written, at most.
 const ROWS_EVERY: Duration = Duration::from_secs(5);
@@ -121,7 +117,10 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
 
 /// Whether two jobs look at the same loaded scene.
 fn same_scene(a: &Job, b: &Job) -> bool {
-    let loaded = |job: &Job| (job.transform, job.metres_per_unit, job.incomplete);
+    let loaded = |job: &Job| {
+        let replaced = (job.metres_per_unit, job.max_depth);
+        (job.transform, replaced, job.incomplete)
+    };
     a.found == b.found && a.environment == b.environment && loaded(a) == loaded(b)
 }
 
@@ -141,14 +140,6 @@ struct Runner {
     /// Bytes of the loaded scene and its trees.
     bytes_scene: u64,
     checkpoint_every: Duration,
-}
-
-/// A scene at work.
-struct Loaded {
-    world: World,
-    /// As declared, and as it was moved by the config.
-    declared: SceneDescription,
-    moved: SceneDescription,
 }
 
 impl Runner {
@@ -183,17 +174,8 @@ impl Runner {
 
     fn load(&self, job: &Job) -> Result<Loaded, RunError> {
         let technique = build_technique(job)?;
-        let progress = &self.progress;
-        let needs = technique.needs();
-        let declared = describe_scene(job, needs)?;
-        let moved = transformed(declared.clone(), job);
-        let scene = progress.time("loading", || Scene::build(&moved, needs))?;
-        let world = progress.time("building trees", || World::declared(scene, &moved));
-        Ok(Loaded {
-            world,
-            declared,
-            moved,
-        })
+        let load = || Loaded::new(job, technique.as_ref());
+        self.progress.time("loading", load)
     }
 
     /// All open jobs that share references.
@@ -204,25 +186,20 @@ impl Runner {
         fail_fast: bool,
     ) -> Result<(), RunError> {
         let technique = build_technique(jobs[0])?;
-        let Loaded {
-            world,
-            declared,
-            moved,
-        } = loaded;
         let references = self.references.clone();
-        let mut truths = Truths::new(&references, declared, jobs[0]);
+        let declared = loaded.declared.clone();
+        let mut truths = Truths::new(&references, &declared, jobs[0]);
         for job in jobs {
             let folder = self.store.begin(&job.id)?;
             let player = Player {
                 job,
                 technique: technique.as_ref(),
-                description: moved,
                 folder: &folder,
                 checkpoint_every: self.checkpoint_every,
                 keeps_lights: self.keeps_lights,
                 progress: &self.progress,
             };
-            let played = with_panics_as_errors(|| player.play(world, &mut truths));
+            let played = with_panics_as_errors(|| player.play(loaded, &mut truths));
             let (row, frames) = self.told(job, played);
             self.keep(job, &row, |folder| match frames.len() {
                 0 | 1 => Ok(()),
@@ -311,64 +288,4 @@ impl Runner {
         row.describe(job, &self.plan.name);
         row
     }
-}
-
-/// The technique of a job with its parameters.
-pub fn build_technique(job: &Job) -> Result<Box<dyn Technique>, RunError> {
-    let build = technique_of(job)?.build;
-    build(&job.technique_parameters).map_err(|e| RunError::Technique(e.to_string()))
-}
-
-fn technique_of(job: &Job) -> Result<&'static TechniqueEntry, RunError> {
-    crate::registry::technique(&job.technique)
-        .ok_or_else(|| RunError::Technique(format!("no technique is called `{}`", job.technique)))
-}
-
-/// The scene of a job as declared; the files that a technique needs of it are there.
-pub fn describe_scene(job: &Job, needs: Needs) -> Result<SceneDescription, RunError> {
-    let mut description = find_scene(&job.found)?;
-    if let Some(additions) = &job.additions {
-        additions.add_to(&mut description)?;
-    }
-    if let Some(name) = &job.environment {
-        description.environment = Some(find_environment(name)?);
-    }
-    if let Some(metres) = job.metres_per_unit {
-        description.metres_per_unit = Some(metres);
-    }
-    description.require_files(needs, job.incomplete)?;
-    Ok(description)
-}
-
-/// A scene as the config of a job scales, turns and moves it.
-fn transformed(description: SceneDescription, job: &Job) -> SceneDescription {
-    match job.transform {
-        Some(t) => description.transformed(t.scale, t.rotate_y_deg, DVec3::from(t.translate)),
-        None => description,
-    }
-}
-
-/// The world of a job, with only what the technique needs.
-pub fn load_world(job: &Job, technique: &dyn Technique) -> Result<World, RunError> {
-    let needs = technique.needs();
-    let description = transformed(describe_scene(job, needs)?, job);
-    let scene = Scene::build(&description, needs)?;
-    Ok(World::declared(scene, &description))
-}
-
-/// The shot of a job in a loaded scene.
-pub fn shot_of<'a>(job: &Job, moment: Moment<'a>) -> Result<Shot<'a>, RunError> {
-    let view = moment
-        .scene
-        .views
-        .iter()
-        .find(|v| v.name == job.view)
-        .ok_or_else(|| RunError::Technique(format!("{} has no view `{}`", job.scene, job.view)))?;
-    let film = Film {
-        width: job.width,
-        height: job.height,
-        spp: job.spp,
-    };
-    let technique = build_technique(job)?;
-    Ok(Shot::exposed_for(technique.as_ref(), moment, view, film))
 }

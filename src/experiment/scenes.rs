@@ -20,7 +20,7 @@ pub(super) struct FoundScene<'a> {
     pub choice: &'a SceneChoice,
     /// The scene that is loaded: another than the chosen one where it stands in.
     pub found: String,
-    /// With the environment and the unit of the config, and what it adds.
+    /// With the environment, the unit and the depth of the config, and what it adds.
     pub description: SceneDescription,
     pub additions: Option<Additions>,
     /// Name of the map in the description, if the config names one.
@@ -60,6 +60,22 @@ impl Additions {
         })
     }
 
+    /// They are read with their places in the config's text, which overrides and sweeps do not change.
+    pub(super) fn refuse_overrides<'a>(
+        keys: impl Iterator<Item = &'a String>,
+    ) -> Result<(), ConfigError> {
+        for key in keys {
+            let first = key.split('.').next().unwrap_or_default();
+            if ["path", "light", "shape", "motion"].contains(&first) {
+                return Err(ConfigError::Override {
+                    text: key.clone(),
+                    message: format!("[[{first}]] of a config is changed in its file only"),
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Adds them to a scene.
     ///
     /// # Errors
@@ -90,6 +106,12 @@ pub(super) fn find_scenes<'a>(
             return Err(at("metres_per_unit", message));
         }
         description.metres_per_unit = Some(metres);
+    }
+    if let Some(edges) = choice.max_depth {
+        if edges == 0 {
+            return Err(at("max_depth", "max_depth: expected at least 1".into()));
+        }
+        description.max_depth = edges;
     }
     let additions = Additions::of(config, source);
     if additions.is_some() {
@@ -162,6 +184,9 @@ impl FoundScene<'_> {
     /// The view that the config chooses; the first where it chooses none.
     pub fn view(&self) -> Result<&View, ConfigError> {
         let views = &self.description.views;
+        if views.is_empty() {
+            return Err(self.error("view", "the scene declares no view".into()));
+        }
         let chosen = match &self.choice.view {
             None => views.first(),
             Some(name) => views.iter().find(|v| v.name == *name),

@@ -58,6 +58,20 @@ impl Store {
         serde_json::from_str(&text).ok()
     }
 
+    /// Keys of the references that a finished job was measured against.
+    pub fn references_of(&self, id: &str) -> Vec<String> {
+        let frames = self.job_folder(id).join("frames.csv");
+        let Ok(mut lines) = csv::Reader::from_path(&frames) else {
+            let row = self.row(id);
+            return row.map(|row| row.reference).into_iter().collect();
+        };
+        let headers = lines.headers().cloned().unwrap_or_default();
+        let column = headers.iter().position(|name| name == "reference");
+        let lines = lines.records().flatten();
+        let keys = lines.filter_map(|line| line.get(column?).map(str::to_owned));
+        keys.filter(|key| !key.is_empty()).collect()
+    }
+
     /// The folder in which a job's files are put until it is complete. What an interrupted run left there stays, for
     /// the job to go on.
     pub fn begin(&self, id: &str) -> io::Result<PathBuf> {

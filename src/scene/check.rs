@@ -1,6 +1,12 @@
 //! What `scene check` tells about a scene.
 
-use super::{BuildReport, LightDescription, LightKind, Needs, Scene, SceneDescription, SceneError};
+use glam::DVec3;
+
+use super::path::CameraPath;
+use super::{
+    BuildReport, FovAxis, LightDescription, LightKind, Needs, Scene, SceneDescription, SceneError,
+    View,
+};
 
 /// A summary of a scene, loaded once in full.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -8,8 +14,10 @@ pub struct SceneCheck {
     pub name: String,
     pub title: String,
     pub file: Option<String>,
-    /// `name width×height`, one per view.
-    pub views: Vec<String>,
+    pub views: Vec<CheckedView>,
+    pub paths: Vec<CheckedPath>,
+    /// How many motions there are.
+    pub motions: usize,
     pub shapes: usize,
     pub emitting_shapes: usize,
     pub materials: usize,
@@ -27,6 +35,62 @@ pub struct SceneCheck {
     pub report: BuildReport,
 }
 
+/// A view, in the coordinates of the scene's file.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct CheckedView {
+    pub name: String,
+    pub origin: DVec3,
+    pub forward: DVec3,
+    pub up: DVec3,
+    pub fov_deg: f64,
+    pub fov_axis: FovAxis,
+    /// Pixels.
+    pub width: usize,
+    pub height: usize,
+}
+
+/// A camera path.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct CheckedPath {
+    pub name: String,
+    /// First and last time.
+    pub span_s: [f64; 2],
+    /// 2 for a stereo pair.
+    pub viewers: usize,
+    /// Where it begins and ends.
+    pub start: CheckedView,
+    pub end: CheckedView,
+}
+
+impl CheckedView {
+    fn of(view: &View) -> Self {
+        Self {
+            name: view.name.clone(),
+            origin: view.origin,
+            forward: view.forward,
+            up: view.up,
+            fov_deg: view.fov_deg,
+            fov_axis: view.fov_axis,
+            width: view.width,
+            height: view.height,
+        }
+    }
+}
+
+impl CheckedPath {
+    fn of(path: &CameraPath) -> Self {
+        let span_s = path.span_s();
+        let [start, end] = span_s.map(|time_s| CheckedView::of(&path.view(time_s)));
+        Self {
+            name: path.name.clone(),
+            span_s,
+            viewers: path.viewers(),
+            start,
+            end,
+        }
+    }
+}
+
 /// Loads everything once and reports it. `report.cost.of(needs)` gives the bytes for the needs of a
 /// technique. Fails as [`Scene::build`] does.
 pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneError> {
@@ -35,11 +99,9 @@ pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneEr
         name: description.name.clone(),
         title: description.title.clone(),
         file: description.file.as_ref().map(|f| f.display().to_string()),
-        views: description
-            .views
-            .iter()
-            .map(|v| format!("{} {}×{}", v.name, v.width, v.height))
-            .collect(),
+        views: description.views.iter().map(CheckedView::of).collect(),
+        paths: description.paths.iter().map(CheckedPath::of).collect(),
+        motions: description.motions.len(),
         shapes: description.shapes.len(),
         emitting_shapes: description
             .shapes

@@ -33,7 +33,7 @@ mod transform;
 mod view;
 
 pub use build::{ASSUMED_DIAGONAL_M, BuildReport, CategoryBytes, Scene, Shape};
-pub use check::{SceneCheck, check_scene};
+pub use check::{CheckedPath, CheckedView, SceneCheck, check_scene};
 pub use description::{
     LightDescription, LightKind, SceneDescription, ShapeDescription, ShapeSource,
     TextureDescription, TextureSource,

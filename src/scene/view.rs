@@ -20,7 +20,7 @@ pub enum FovAxis {
 
 /// A pinhole camera. `right`, `up` and `forward` are orthonormal; mirrored cameras (left-handed
 /// images) are expressed by `right` pointing the other way.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct View {
     pub name: String,
     /// Scene units; [`crate::scene::Scene::build`] re-centres it with the geometry.

@@ -76,6 +76,17 @@ pub enum Unit {
     Samples,
 }
 
+impl Unit {
+    /// Its key in configs and rows.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Caches => "caches",
+            Self::Lights => "lights",
+            Self::Samples => "samples",
+        }
+    }
+}
+
 /// A technique with its parameters set.
 pub trait Technique: Send + Sync {
     /// What it reads of a scene.

@@ -8,6 +8,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::path_samples::sampled;
 use super::truth::Truth;
@@ -65,6 +66,7 @@ struct RunningMean<'a> {
 }
 
 /// What a viewer saw one frame earlier.
+#[derive(Serialize, Deserialize)]
 struct History {
     view: View,
     size: [usize; 2],
@@ -73,7 +75,7 @@ struct History {
 }
 
 /// What a pixel showed: the surface at its centre, if any, and its mean over frames.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 struct Remembered {
     site: Option<Site>,
     mean: [f32; 3],
@@ -83,6 +85,17 @@ struct Remembered {
 impl Contender for RunningMean<'_> {
     fn remembers(&self) -> bool {
         true
+    }
+
+    fn memory(&self) -> Result<Vec<u8>, String> {
+        postcard::to_allocvec(&self.histories).map_err(|error| error.to_string())
+    }
+
+    fn recall(&mut self, memory: &[u8]) -> Result<(), String> {
+        if !memory.is_empty() {
+            self.histories = postcard::from_bytes(memory).map_err(|error| error.to_string())?;
+        }
+        Ok(())
     }
 
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {

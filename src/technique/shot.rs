@@ -51,7 +51,7 @@ pub struct Film {
 }
 
 /// A surface point as cached functions see it, scene units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Site {
     pub position: Vec3,
     /// Unit shading normal on the viewer's side.

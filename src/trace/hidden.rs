@@ -14,7 +14,15 @@ pub enum Hideable {
 }
 
 impl Hideable {
-    const ALL: [(&str, Self); 2] = [("avx512", Self::Avx512), ("avx2", Self::Avx2)];
+    const ALL: [Self; 2] = [Self::Avx512, Self::Avx2];
+
+    /// As the environment variable has it.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Avx512 => "avx512",
+            Self::Avx2 => "avx2",
+        }
+    }
 
     /// Whether the program must do without it.
     #[cfg(target_arch = "x86_64")]
@@ -35,13 +43,17 @@ pub fn hidden() -> &'static Result<Vec<Hideable>, String> {
     })
 }
 
+/// Names of the instruction sets that `LIGHTBENCH_HIDE` hides, for provenance.
+pub fn hidden_instructions() -> Vec<&'static str> {
+    let hidden = hidden().as_deref().unwrap_or_default();
+    hidden.iter().map(|set| set.name()).collect()
+}
+
 fn parse(list: &str) -> Result<Vec<Hideable>, String> {
     let names = list.split(',').map(str::trim).filter(|n| !n.is_empty());
     let set = |name: &str| {
-        let known = Hideable::ALL.iter().find(|(known, _)| *known == name);
-        known
-            .map(|(_, set)| *set)
-            .ok_or_else(|| format!("{VARIABLE} = {list:?}: expected avx512, avx2 or both"))
+        let known = Hideable::ALL.into_iter().find(|known| known.name() == name);
+        known.ok_or_else(|| format!("{VARIABLE} = {list:?}: expected avx512, avx2 or both"))
     };
     names.map(set).collect()
 }

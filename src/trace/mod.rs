@@ -52,6 +52,7 @@ mod tests;
 
 pub use caster::Caster;
 pub use counter::{RayCounter, RayCounts};
+pub use hidden::hidden_instructions;
 pub use kernel::{Instructions, Kernel};
 pub use tracer::Tracer;
 

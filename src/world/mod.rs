@@ -109,6 +109,11 @@ impl World {
         }
     }
 
+    /// The scene as it was moved last.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// What was subtracted from all positions of the scene's file.
     pub fn origin(&self) -> DVec3 {
         self.scene.origin

@@ -124,6 +124,27 @@ fn merging_prefers_finished_rows_and_damages_no_part() {
     assert_eq!(text.matches("ray_kernel").count(), 1, "{text}");
 }
 
+#[test]
+fn provenance_tells_what_the_environment_hid() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let arguments = ["run", "tiny.toml", "repeats=1", "--method", "IM", "--out"];
+    let entries = |hidden: Option<&str>, out: &str| {
+        let variable = hidden.map(|names| ("LIGHTBENCH_HIDE", names));
+        let run = place.lightbench_with(variable, &[&arguments[..], &[out]].concat());
+        assert_eq!(run.code, 0, "{}", run.err);
+        let file = place.path().join(out).join("provenance.json");
+        let text = fs::read_to_string(file).expect("there");
+        serde_json::from_str::<serde_json::Value>(&text).expect("json")["entries"].clone()
+    };
+    let plain = &entries(None, "plain")[0];
+    assert!(plain["hidden_instruction_sets"].is_null(), "{plain}");
+    let without = &entries(Some("avx512,avx2"), "without")[0];
+    assert_eq!(without["ray_kernel"], "portable");
+    let hidden = serde_json::json!(["avx512", "avx2"]);
+    assert_eq!(without["hidden_instruction_sets"], hidden);
+}
+
 /// A misspelt parameter is no error for the importer, but nothing that may go unsaid.
 #[test]
 fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {

@@ -100,7 +100,7 @@ fn what_does_not_go_together_is_refused_with_its_place() {
     refused(
         &place,
         &[paths, distance].concat(),
-        &["takes no ao_distance"],
+        &["takes no `ao_distance`"],
     );
     // Two views of one scene are two cases.
     let views = format!(

@@ -57,6 +57,7 @@ impl Folder {
             .collect();
         let job = Job {
             metres_per_unit: None,
+            max_depth: None,
             incomplete: false,
             id: lightbench::experiment::hash(&format!(
                 "{} {} {} {} {sweep:?}",

@@ -1,0 +1,87 @@
+//! One image: planned as the only job of an experiment, and rendered as jobs are.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::config::{Config, ConfigError, Source};
+use super::plan::Planner;
+use super::{Budget, Job, Plan, equal_time};
+use crate::image::Image;
+use crate::technique::{Choice, Passes, Rendered, Shot, Stages, Technique, Terms};
+use crate::trace::RayCounter;
+
+/// The method of single images that is no contender: the shading function at every sample.
+pub const EXACT: &str = "reference";
+
+/// The job of an experiment of one scene and one method, which may be [`EXACT`]. A budget that is not set
+/// has a default.
+///
+/// # Errors
+/// What is wrong in the experiment, as [`super::plan`] says it, and more than one job.
+pub fn plan_image(config: &Config) -> Result<Job, ConfigError> {
+    let mut plan = Plan::default();
+    Planner {
+        source: &Source::default(),
+        config,
+        sweep: BTreeMap::new(),
+        cases: &mut HashMap::new(),
+        is_image: true,
+    }
+    .add_jobs(&mut plan)?;
+    match <[Job; 1]>::try_from(plan.jobs) {
+        Ok([job]) => Ok(job),
+        Err(jobs) => Err(ConfigError::Other(format!(
+            "expected one image, not {}",
+            jobs.len()
+        ))),
+    }
+}
+
+/// The image of a job's contender. `reference` is for contenders that pick settings by error, and may be
+/// missing for all others.
+///
+/// # Errors
+/// A sentence, where the contender cannot be built or needs what is not there.
+pub fn render_job(
+    job: &Job,
+    (technique, shot): (&dyn Technique, &Shot),
+    reference: Option<&Image>,
+) -> Result<Rendered, String> {
+    let render = |count: u64| {
+        let choice = Choice {
+            method: &job.method,
+            parameters: &job.method_parameters,
+            terms: Terms {
+                budget: count as usize,
+                seed: job.seed,
+            },
+        };
+        choice.still(technique, shot, reference)
+    };
+    match job.budget {
+        Budget::Caches(count) | Budget::Lights(count) | Budget::Samples(count) => render(count),
+        Budget::Seconds(seconds) => {
+            let mut images = equal_time::render_within(seconds, |count| Ok(vec![render(count)?]))?;
+            images.pop().ok_or_else(|| "no image was rendered".into())
+        }
+    }
+}
+
+/// The image of the method [`EXACT`].
+pub fn exact(technique: &dyn Technique, shot: &Shot) -> Rendered {
+    let counter = RayCounter::default();
+    let mut stages = Stages::default();
+    let function = technique.shading_function(shot);
+    let mut passes = Passes::new(shot, function.as_ref());
+    stages.time("rendering", || {
+        for _ in 0..technique.reference_samples(shot.spp) {
+            passes.add(&counter);
+        }
+    });
+    Rendered {
+        image: passes.mean(),
+        rays: counter.read(),
+        stages,
+        non_finite: passes.non_finite,
+        ..Rendered::default()
+    }
+}

@@ -1,0 +1,54 @@
+//! Locks among programs that share a folder.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Held by one program at a time; the system frees it when its holder ends, however that happens.
+pub(super) struct Lock {
+    /// Holds the lock while it is open.
+    _file: File,
+    path: PathBuf,
+}
+
+impl Lock {
+    /// Waits until nobody else holds the lock of a file, which is a file of its own beside it.
+    pub fn of(file: &Path) -> io::Result<Self> {
+        let path = file.with_extension("lock");
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let opened = File::options().create(true).append(true).open(&path)?;
+        opened.lock()?;
+        Ok(Self {
+            _file: opened,
+            path,
+        })
+    }
+
+    /// Ends it for good, once what it guards is complete: who waited for it then looks for that first.
+    pub fn remove(self) {
+        // Where another program was faster there is nothing to remove.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_holds_it_at_a_time_and_the_end_of_a_holder_frees_it() {
+        let place = tempfile::tempdir().expect("a folder");
+        let file = place.path().join("deep/key.exr");
+        let held = Lock::of(&file).expect("locks");
+        let other = File::open(file.with_extension("lock")).expect("there");
+        assert!(other.try_lock().is_err(), "held");
+        drop(held);
+        other.try_lock().expect("free");
+        drop(other);
+        let again = Lock::of(&file).expect("locks again");
+        again.remove();
+        assert!(!file.with_extension("lock").exists());
+    }
+}

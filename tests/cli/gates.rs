@@ -1,0 +1,36 @@
+//! Gates on results that are not whole.
+
+use std::fs;
+
+use super::{Place, TINY};
+
+#[test]
+fn a_plan_half_of_whose_jobs_have_no_row_is_no_pass() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    assert_eq!(
+        place.lightbench(&["run", "tiny.toml", "--out", "out"]).code,
+        0
+    );
+    let whole = place.lightbench(&["gate", "out"]);
+    assert_eq!(whole.code, 0, "{}{}", whole.out, whole.err);
+    assert!(
+        whole.out.contains("0 of 4 jobs without a result"),
+        "{}",
+        whole.out
+    );
+    // Every method keeps a row, so that the gate itself has its data.
+    for row in place.rows("out").iter().filter(|row| row["seed"] == 2) {
+        let job = row["job"].as_str().expect("text");
+        fs::remove_dir_all(place.path().join("out/jobs").join(job)).expect("removable");
+    }
+    let half = place.lightbench(&["gate", "out", "--junit", "gate.xml"]);
+    assert_eq!(half.code, 12, "{}{}", half.out, half.err);
+    assert!(
+        half.out.contains("2 of 4 jobs without a result"),
+        "{}",
+        half.out
+    );
+    let junit = fs::read_to_string(place.path().join("gate.xml")).expect("written");
+    assert!(junit.contains("2 of 4 jobs without a result"), "{junit}");
+}
