@@ -153,7 +153,7 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
             let budget = budgets(&jobs);
             Some(SceneLine {
                 name: scene.title(),
-                view: job.view.clone(),
+                view: seen(job),
                 size: format!("{} × {}", job.width, job.height),
                 spp: job.spp,
                 budget,
@@ -161,6 +161,14 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
             })
         })
         .collect()
+}
+
+/// From where a scene is seen, and over how many frames.
+fn seen(job: &Job) -> String {
+    match job.sequence.frames.len() {
+        1 => job.view.clone(),
+        count => format!("{}, {count} frames", job.view),
+    }
 }
 
 /// The budget of a scene's jobs, or its range; they are of one kind.

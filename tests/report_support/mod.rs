@@ -13,6 +13,8 @@ pub struct Folder {
     config: Config,
     plan: Plan,
     rows: Vec<(Row, Option<Vec<Layer>>)>,
+    /// Of the jobs that follow; a still unless it is set.
+    pub sequence: Option<Sequence>,
 }
 
 /// Which job of an experiment.
@@ -46,6 +48,7 @@ impl Folder {
             },
             config,
             rows: Vec::new(),
+            sequence: None,
         }
     }
 
@@ -69,7 +72,10 @@ impl Folder {
             asked: which.scene.into(),
             paper: Some(which.scene.to_uppercase()),
             view: which.view.into(),
-            sequence: Sequence::still(which.view),
+            sequence: self
+                .sequence
+                .clone()
+                .unwrap_or_else(|| Sequence::still(which.view)),
             additions: None,
             shown: which.scene.into(),
             moves: false,
