@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use lightbench::experiment::{Budget, Config, Job, Plan, Row, Sequence, Store};
 use lightbench::image::{Attributes, Image, Layer, Plane, write_exr};
+use lightbench::technique::CACHES;
 
 /// A results folder in the making.
 pub struct Folder {
@@ -85,7 +86,10 @@ impl Folder {
             label: which.label.into(),
             method_parameters: toml::Table::new(),
             environment: None,
-            budget: Budget::Caches(which.caches.unwrap_or(7500) as u64),
+            budget: Budget {
+                unit: &CACHES,
+                amount: which.caches.unwrap_or(7500) as f64,
+            },
             seed: which.seed,
             width: 320,
             height: 180,
