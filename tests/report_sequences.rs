@@ -248,3 +248,36 @@ fn names_of_a_sequence_are_escaped() {
     assert!(!page.contains("<aisle>") && !page.contains("<b>\"") && !page.contains("onload='"));
     assert!(page.contains("&lt;aisle&gt;"));
 }
+
+#[test]
+fn swept_values_have_panels_of_their_own() {
+    let place = tempfile::tempdir().expect("folder");
+    let mut folder = Folder::new(&place.path().join("swept"), FIGURES);
+    folder.sequence = Some(sequence());
+    let mut jobs = Vec::new();
+    for caches in [100, 200, 400] {
+        let which = Which {
+            scene: "atrium",
+            view: "<aisle> + gallery",
+            label: "IM",
+            seed: 1,
+            caches: Some(caches),
+        };
+        jobs.push(folder.job(which, (0.1, 0.1), None).job.clone());
+    }
+    folder.write();
+    for job in &jobs {
+        fs::write(
+            folder.path.join("jobs").join(job).join("frames.csv"),
+            frames_csv(),
+        )
+        .expect("csv");
+    }
+    write(&folder.path).expect("report");
+    let svg = folder.text("figures/time-atrium.svg");
+    for caches in [100, 200, 400] {
+        assert_eq!(svg.matches(&format!("caches={caches}")).count(), 2);
+    }
+    // Two columns of frames.csv, each in two lines of two panels.
+    assert!(svg.contains("height=\"1290\""), "{}", &svg[..200]);
+}

@@ -84,7 +84,7 @@ impl Line {
     /// other places for each method; all that stand alone.
     fn marked(&self) -> impl Iterator<Item = &Point> {
         let every = self.points.len().div_ceil(MARKERS).max(1);
-        let first = self.method % every;
+        let first = self.method * every.div_ceil(5) % every;
         let regular = self.points.iter().skip(first).step_by(every);
         let alone = self.runs().filter(|run| run.len() == 1).flatten();
         regular.chain(alone)
@@ -229,4 +229,28 @@ fn draw_panel<B: DrawingBackend>(
         }))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_stop_at_frames_without_a_value_and_lone_points_are_marked() {
+        let point = |place: usize| Point {
+            place,
+            x: place as f64,
+            y: 1.0,
+            half: 0.0,
+        };
+        // One frame in two is measured; that at 6 has no value.
+        let line = Line {
+            method: 1,
+            viewer: 0,
+            points: [2, 4, 8].map(point).to_vec(),
+        };
+        let runs: Vec<usize> = line.runs().map(<[Point]>::len).collect();
+        assert_eq!(runs, [2, 1]);
+        assert!(line.marked().any(|p| p.place == 8));
+    }
 }
