@@ -102,6 +102,28 @@ fn a_white_scene_under_a_white_sky() {
     check("sky", 128);
 }
 
+/// Their scene has everything where it is at 0.5 s, ours is moved there; then the same after a detour through time.
+#[test]
+fn a_moment_of_a_moving_scene_along_a_path() {
+    let path = file("moving.toml");
+    let description = find_scene(&path.to_string_lossy()).expect("a scene");
+    let scene = Scene::build(&description, Needs::ALL).expect("builds");
+    let mut world = World::declared(scene, &description);
+    let mut seen = Vec::new();
+    for time_s in [0.5, 1.7, 0.5] {
+        let mut scene = world.at(time_s).scene.clone();
+        let mut view = description.paths[0].view(time_s);
+        view.origin -= scene.origin;
+        scene.views = vec![view];
+        seen.push(scene);
+    }
+    compare("moving", &seen[0], 256, 5);
+    let [there, back] = [&seen[0], &seen[2]].map(|s| small_render(s, [8, 8], 2, 5).mean);
+    assert_eq!(there, back);
+    assert_eq!(seen[0].point_lights.len(), 2, "one is switched off");
+    assert_eq!(seen[1].point_lights.len(), 3);
+}
+
 /// White surfaces under a sky of 1 reflect what is open of the sky: cached occlusion's own reference.
 #[test]
 fn occlusion_is_what_a_white_scene_reflects_of_a_white_sky() {

@@ -58,6 +58,7 @@ pub use scale::Scale;
 pub use scenes::Additions;
 pub use sequence::{
     FrameRecord, Frames, Keep, KeepWord, Sequence, SequenceSpec, Viewer, ViewerRule, ViewersSpec,
+    frame_column, spread,
 };
 pub use store::Store;
 pub use suite::{Member, Suite};

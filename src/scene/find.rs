@@ -16,10 +16,13 @@ macro_rules! shipped {
 
 /// Name and text of every shipped scene.
 const SHIPPED: &[(&str, &str)] = shipped![
+    "arcade-court",
     "atrium",
     "cabinet-room",
     "cornell-curved",
+    "country-house",
     "hard-cases",
+    "long-street",
     "robots",
     "stairs",
     "statues",

@@ -7,11 +7,14 @@
 //! Every generator knows `detail` (default 1, 0.1 to 4: factor on the number of facets along a curve,
 //! so that triangles grow with its square) and `seed` (default 1, for scattered things).
 
+mod arcade_court;
 mod atrium;
 mod cabinet_room;
 mod cornell_curved;
+mod country_house;
 mod figures;
 mod kit;
+mod long_street;
 mod parameters;
 mod robots;
 mod stairs;
@@ -36,7 +39,11 @@ struct Generator {
     parts: &'static [(&'static str, PartFunction)],
 }
 
-const GENERATORS: [Generator; 8] = [
+const GENERATORS: [Generator; 11] = [
+    Generator {
+        name: "arcade-court",
+        parts: arcade_court::PARTS,
+    },
     Generator {
         name: "atrium",
         parts: atrium::PARTS,
@@ -48,6 +55,14 @@ const GENERATORS: [Generator; 8] = [
     Generator {
         name: "cornell-curved",
         parts: cornell_curved::PARTS,
+    },
+    Generator {
+        name: "country-house",
+        parts: country_house::PARTS,
+    },
+    Generator {
+        name: "long-street",
+        parts: long_street::PARTS,
     },
     Generator {
         name: "robots",

@@ -159,6 +159,9 @@ fn triangle_counts_span_a_thousand_to_a_million() {
         ("stairs", 300_000..500_000),
         ("atrium", 300_000..800_000),
         ("statues", 800_000..1_300_000),
+        ("arcade-court", 200_000..300_000),
+        ("country-house", 300_000..450_000),
+        ("long-street", 600_000..800_000),
     ];
     for (generator, range) in ranges {
         let count = generate(generator, None, &BTreeMap::new())

@@ -7,7 +7,8 @@ mod room;
 mod tableware;
 mod worktop;
 
-use super::PartFunction;
+use super::{Parameters, PartFunction};
+use crate::scene::Mesh;
 
 pub const PARTS: &[(&str, PartFunction)] = &[
     ("floor", room::floor),
@@ -31,6 +32,12 @@ pub const PARTS: &[(&str, PartFunction)] = &[
     ("stools", furniture::stools),
     ("table", furniture::table),
 ];
+
+/// The part of this name, for a house that has this kitchen in it; empty when there is none.
+pub fn part(name: &str, parameters: &Parameters) -> Mesh {
+    let found = PARTS.iter().find(|(known, _)| *known == name);
+    found.map_or_else(Mesh::default, |(_, make)| make(parameters))
+}
 
 /// The room: x = ±2.3, z from -2.2 (the kitchen wall) to 3.2, 2.6 m high.
 const ROOM_X: f64 = 2.3;

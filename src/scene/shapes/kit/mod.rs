@@ -1,8 +1,9 @@
-//! The small kit every generator composes from: parametric surfaces, solids, sweeps, cloth and
-//! implicit bodies. Lengths are metres, y is up, winding is outward.
+//! The small kit every generator composes from: parametric surfaces, solids, sweeps, cloth, foliage
+//! and implicit bodies. Lengths are metres, y is up, winding is outward.
 
 pub mod cloth;
 pub mod field;
+pub mod foliage;
 pub mod implicit;
 pub mod round;
 pub mod shade;
@@ -14,6 +15,7 @@ use glam::{DMat4, DVec3, Mat3, Vec3};
 use crate::scene::Mesh;
 
 pub use cloth::sheet;
+pub use foliage::{Bush, bush, tuft};
 pub use implicit::polygonise;
 pub use round::{capsule, cylinder, lathe, rounded_box, smooth_profile, sphere, torus};
 pub use shade::shade;
