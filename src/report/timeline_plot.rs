@@ -132,12 +132,7 @@ impl Sheet {
             let stroke = BLACK.stroke_width(2);
             match dash {
                 0 => area.draw(&PathElement::new(ends, stroke))?,
-                _ => area.draw(&DashedPathElement::new(
-                    ends.into_iter(),
-                    dash,
-                    space,
-                    stroke,
-                ))?,
+                _ => area.draw(&DashedPathElement::new(ends, dash, space, stroke))?,
             }
             area.draw(&Text::new(name.to_owned(), (x + 52, y), style.clone()))?;
             x += wide(name);
