@@ -140,10 +140,12 @@ impl Experiment<'_> {
             .map(|row| {
                 assert!(row.ok(), "{} {}: {}", row.technique, row.label, row.status);
                 let frames = store.job_folder(&row.job).join("frames.csv");
-                (
-                    row,
-                    frames.exists().then(|| lines(&frames)).unwrap_or_default(),
-                )
+                let lines = if frames.exists() {
+                    lines(&frames)
+                } else {
+                    Vec::new()
+                };
+                (row, lines)
             })
             .collect()
     }
