@@ -268,7 +268,7 @@ expect = "EXPECT"
         );
         let error = planned(sequence, &figure.replace("rmse", "rmes")).expect_err("unknown");
         assert!(
-            error.starts_with("c.toml:24:1: frames have no column `rmes`; did you mean `rmse`?"),
+            error.starts_with("c.toml:23:1: frames have no column `rmes`; did you mean `rmse`?"),
             "{error}"
         );
         let error = planned(sequence, "kind = \"timeline\"\nx = \"caches\"").expect_err("x");

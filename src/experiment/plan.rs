@@ -139,6 +139,8 @@ impl Job {
 /// Plans one config under overrides. With several values anywhere, every combination is planned.
 pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), ConfigError> {
     let written: Config = source.parse()?;
+    let changed = overrides.iter().map(|o| &o.key);
+    Additions::refuse_overrides(changed.chain(written.sweep.keys()))?;
     let single: Vec<(String, Value)> = overrides
         .iter()
         .filter(|o| o.values.len() == 1)
@@ -156,7 +158,6 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     for key in single.iter().map(|(k, _)| k) {
         axes.remove(key);
     }
-    Additions::refuse_overrides(single.iter().map(|(key, _)| key).chain(axes.keys()))?;
     let mut plan = Plan {
         name: base.name.clone(),
         title: base.title.clone(),

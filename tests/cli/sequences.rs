@@ -179,3 +179,106 @@ fn two_programs_render_a_reference_once() {
     let locks = locks.filter(|entry| entry.path().extension().is_some_and(|e| e == "lock"));
     assert_eq!(locks.count(), 0);
 }
+
+#[test]
+fn wrong_sequences_are_refused_with_their_place_before_anything_is_written() {
+    let place = prepare();
+    let with = |from: &str, to: &str| {
+        assert!(CONFIG.contains(from), "{from}");
+        CONFIG.replace(from, to)
+    };
+    for (config, at, expected) in [
+        (
+            with("path = \"walk\"", "path = \"wolk\""),
+            "moving.toml:8:1:",
+            "no path `wolk`: it has: walk",
+        ),
+        (
+            with(
+                "{ time = 4, view = \"main\", move",
+                "{ time = 0, view = \"main\", move",
+            ),
+            "moving.toml:14:",
+            "must ascend",
+        ),
+        (
+            with(
+                "{ time = 0, view = \"main\" }",
+                "{ time = nan, view = \"main\" }",
+            ),
+            "moving.toml:14:18:",
+            "a finite number",
+        ),
+        (
+            with("view = \"main\" }, ", "view = \"mein\" }, "),
+            "moving.toml:14:28:",
+            "did you mean `main`",
+        ),
+        (
+            with("shape = \"block\"", "shape = \"black\""),
+            "moving.toml:16:9:",
+            "did you mean `block`",
+        ),
+        (
+            with(
+                "{ time = 0, rotate_deg = 0 }",
+                "{ time = 4, rotate_deg = 0 }",
+            ),
+            "moving.toml:17:",
+            "must ascend",
+        ),
+        (
+            with("\"0..80..2\"", "\"0-80\""),
+            "moving.toml:9:1:",
+            "from..to",
+        ),
+        (
+            with("fps = 20", "fps = 0"),
+            "moving.toml:10:1:",
+            "a number above 0",
+        ),
+        (
+            with("warm_up = 2", "warm_up = 40"),
+            "moving.toml:11:1:",
+            "leave none",
+        ),
+        (
+            with("warm_up = 2", "warmup = 2"),
+            "moving.toml:11:1:",
+            "unknown field `warmup`",
+        ),
+    ] {
+        fs::write(place.path().join("moving.toml"), config).expect("writable");
+        let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+            .args(["run", "moving.toml", "--out", "x/moving"])
+            .current_dir(place.path())
+            .output()
+            .expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(at) && said.contains(expected),
+            "{said} ({at} {expected})"
+        );
+        assert!(!place.path().join("x").exists(), "nothing is written");
+    }
+}
+
+#[test]
+fn what_a_config_adds_is_not_overridden() {
+    let place = prepare();
+    let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+        .args([
+            "run",
+            "moving.toml",
+            "motion.0.shape=lamp",
+            "--out",
+            "x/moving",
+        ])
+        .current_dir(place.path())
+        .output()
+        .expect("runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("changed in its file only"), "{said}");
+}

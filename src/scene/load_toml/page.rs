@@ -70,8 +70,8 @@ fn the_page_has_every_key_of_a_scene() {
     ASKED.with_borrow_mut(BTreeSet::clear);
     for (kind, unused) in [
         ("constant", vec!["path = \"m.hdr\"\n"]),
-        ("map", vec!["radiance = 1\n"]),
-        ("sky", vec!["path = \"m.hdr\"\n", "radiance = 1\n"]),
+        ("map", vec!["\nradiance = 1"]),
+        ("sky", vec!["path = \"m.hdr\"\n", "\nradiance = 1"]),
     ] {
         let mut text = EVERYTHING.replace("ENVIRONMENT", kind);
         for line in unused {
