@@ -2,10 +2,11 @@
 """Renders tests/foreign/*.xml with Mitsuba 3 (pip install mitsuba), which shares no code with lightbench.
 
 Writes NAME.exr, the mean of several independent renderings, and NAME.noise.exr, the standard error of that mean,
-which tests/truth_foreign.rs compares lightbench with.
+which tests/truth_foreign.rs compares lightbench with. Names as arguments render these alone.
 """
 
 import pathlib
+import sys
 
 import mitsuba as mi
 import numpy as np
@@ -15,6 +16,8 @@ RENDERINGS, SAMPLES = 16, 256
 mi.set_variant("scalar_rgb")
 folder = pathlib.Path(__file__).resolve().parent.parent / "tests" / "foreign"
 for file in sorted(folder.glob("*.xml")):
+    if sys.argv[1:] and file.stem not in sys.argv[1:]:
+        continue
     scene = mi.load_file(str(file))
     images = np.stack([np.array(mi.render(scene, spp=SAMPLES, seed=seed))[..., :3] for seed in range(RENDERINGS)])
     mean = images.mean(axis=0)

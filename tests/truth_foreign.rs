@@ -10,7 +10,7 @@ use lightbench::registry::technique;
 use lightbench::scene::{Needs, Scene, find_scene};
 use lightbench::technique::{Film, Passes, Shot};
 use lightbench::trace::{RayCounter, Tracer};
-use lightbench::world::Moment;
+use lightbench::world::{Moment, World};
 use truth_support::{agreement, small_render};
 
 const SIDE: usize = 64;
@@ -37,8 +37,26 @@ fn theirs(name: &str) -> (Image, Image) {
 
 fn check(name: &str, samples: u64) {
     let scene = scene(name);
+    compare(name, &scene, samples, scene.max_depth);
+}
+
+/// The scene of a glTF file at a time, seen by its camera; theirs is the same scene written for Mitsuba.
+fn check_gltf(name: &str, time_s: f64) {
+    let path = file(&format!("../gltf/{name}.gltf"));
+    let description = find_scene(&path.to_string_lossy()).expect("a scene");
+    let scene = Scene::build(&description, Needs::ALL).expect("builds");
+    let mut world = World::declared(scene, &description);
+    let mut scene = world.at(time_s).scene.clone();
+    if let Some(path) = description.paths.first() {
+        scene.views[0] = path.view(time_s);
+        scene.views[0].origin -= scene.origin;
+    }
+    compare(&format!("gltf-{name}"), &scene, 256, 4);
+}
+
+fn compare(name: &str, scene: &Scene, samples: u64, depth: u32) {
     let (mean, variance) = theirs(name);
-    let ours = small_render(&scene, [SIDE, SIDE], samples, scene.max_depth);
+    let ours = small_render(scene, [SIDE, SIDE], samples, depth);
     let found = agreement(&ours, &mean, &variance, [4.0, 0.004]);
     println!("{name}: {found:?}");
     assert!((0.7..1.3).contains(&found.z_rms), "{name}: {found:?}");
@@ -70,8 +88,40 @@ fn point_spot_and_parallel_light_scattered_once() {
 }
 
 #[test]
+fn a_gltf_room_of_plastic_metal_and_four_kinds_of_light() {
+    check_gltf("room", 0.0);
+}
+
+#[test]
+fn a_moment_of_a_gltf_animation_seen_by_its_camera() {
+    check_gltf("moving", 0.7);
+}
+
+#[test]
 fn a_white_scene_under_a_white_sky() {
     check("sky", 128);
+}
+
+/// Their scene has everything where it is at 0.5 s, ours is moved there; then the same after a detour through time.
+#[test]
+fn a_moment_of_a_moving_scene_along_a_path() {
+    let path = file("moving.toml");
+    let description = find_scene(&path.to_string_lossy()).expect("a scene");
+    let scene = Scene::build(&description, Needs::ALL).expect("builds");
+    let mut world = World::declared(scene, &description);
+    let mut seen = Vec::new();
+    for time_s in [0.5, 1.7, 0.5] {
+        let mut scene = world.at(time_s).scene.clone();
+        let mut view = description.paths[0].view(time_s);
+        view.origin -= scene.origin;
+        scene.views = vec![view];
+        seen.push(scene);
+    }
+    compare("moving", &seen[0], 256, 5);
+    let [there, back] = [&seen[0], &seen[2]].map(|s| small_render(s, [8, 8], 2, 5).mean);
+    assert_eq!(there, back);
+    assert_eq!(seen[0].point_lights.len(), 2, "one is switched off");
+    assert_eq!(seen[1].point_lights.len(), 3);
 }
 
 /// White surfaces under a sky of 1 reflect what is open of the sky: cached occlusion's own reference.

@@ -148,7 +148,7 @@ pub struct MergeArgs {
 /// One contender on one view, common to `render` and `caches`.
 #[derive(Debug, Args)]
 pub struct ContenderArgs {
-    /// A shipped scene, NAME on LIGHTBENCH_SCENES, a scene.toml or a Mitsuba XML file
+    /// A shipped scene, NAME on LIGHTBENCH_SCENES, a scene.toml, a Mitsuba XML or a glTF file
     pub scene: String,
     #[arg(long)]
     pub view: Option<String>,

@@ -61,15 +61,23 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
             continue;
         }
         let mut loaded = Loaded::new(job, technique.as_ref())?;
-        let mut exposure = None;
+        let first = loaded
+            .views(job, job.sequence.frames[0])
+            .map_err(Failure::job)?;
+        let exposures: Vec<f32> = first
+            .iter()
+            .map(|view| {
+                let begun = (job, job.sequence.frames[0]);
+                loaded.shot(begun, view, technique.as_ref()).exposure
+            })
+            .collect();
         for frame in job.sequence.measured() {
-            let time_s = job.sequence.time_s(frame);
-            let declared = job.sequence.views(&loaded.declared, time_s);
+            let keys = job.references_of(frame, &loaded.declared);
             let views = loaded.views(job, frame).map_err(Failure::job)?;
-            for (view, declared) in views.iter().zip(declared.unwrap_or_default()) {
-                let key = job.reference_of(&declared, time_s);
+            let views = views.iter().zip(keys.unwrap_or_default());
+            for ((view, key), exposure) in views.zip(&exposures) {
                 let mut shot = loaded.shot((job, frame), view, technique.as_ref());
-                shot.exposure = *exposure.get_or_insert(shot.exposure);
+                shot.exposure = *exposure;
                 let contents = (technique.as_ref(), &shot);
                 let mut reference = store.obtain(&key, contents, &|_, _| {})?;
                 let shown = |done, all| eprintln!("{}: {done}/{all}", job.scene);

@@ -97,7 +97,7 @@ fn experiment(args: &ContenderArgs) -> Result<Config, Failure> {
         scene.insert("size".into(), parse_size(text)?.to_vec().into());
     }
     if let Some(count) = args.budget {
-        scene.insert(entry.unit.key().into(), (count as i64).into());
+        scene.insert(entry.units[0].key.into(), (count as i64).into());
     }
     let mut sequence = Table::new();
     if let Some(path) = &args.path {

@@ -1,121 +1,174 @@
 //! What the contenders of an experiment share.
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::config::{Config, SceneChoice};
-use crate::technique::Unit;
+use crate::technique::{TechniqueEntry, UNITS, Unit};
 
 /// Longest budget of one image, seconds: a day.
 const LONGEST_S: f64 = 86_400.0;
 
-/// What the contenders of an experiment share.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Budget {
-    /// Records.
-    Caches(u64),
-    /// Shadow rays per shading point: lights at full resolution, or samples.
-    Lights(u64),
-    /// Paths through each pixel of a frame.
-    Samples(u64),
-    /// Seconds in all; how many shadow rays per shading point they pay for is found by
-    /// `super::equal_time`.
-    Seconds(f64),
+/// An amount that the contenders of an experiment share. It is written as `{"caches": 60}`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "BTreeMap<String, f64>")]
+pub struct Budget {
+    pub unit: &'static Unit,
+    /// Whole, unless the unit is timed.
+    pub amount: f64,
+}
+
+/// How an experiment and its scenes write each unit.
+type Reader = (
+    &'static str,
+    fn(&Config) -> Option<f64>,
+    fn(&SceneChoice) -> Option<f64>,
+);
+
+macro_rules! readers {
+    ($($key:ident),*) => {
+        &[$((
+            stringify!($key),
+            |config| config.$key.map(|amount| amount as f64),
+            |scene| scene.$key.map(|amount| amount as f64),
+        )),*]
+    };
+}
+
+static READERS: &[Reader] = readers![caches, lights, samples, seconds];
+
+/// What is written of a unit for a scene: its own amount, or the experiment's.
+fn written(unit: &Unit, config: &Config, choice: &SceneChoice) -> Option<f64> {
+    let (_, of_config, of_scene) = READERS.iter().find(|(key, ..)| *key == unit.key)?;
+    of_scene(choice).or(of_config(config))
 }
 
 impl Budget {
-    /// Records or shadow rays; `None` where they follow from the time.
+    /// Records, paths or shadow rays; `None` where they follow from the time.
     pub fn count(self) -> Option<u64> {
-        match self {
-            Self::Caches(count) | Self::Lights(count) | Self::Samples(count) => Some(count),
-            Self::Seconds(_) => None,
-        }
+        (!self.unit.is_timed).then_some(self.amount as u64)
     }
 
-    /// What a single image gets unless it is told: 16 lights, a path a pixel, or the records per pixel of
-    /// 120,000 at full HD.
-    pub(super) fn usual(unit: Unit, [width, height]: [usize; 2]) -> u64 {
-        let of_paper = (width * height) as f64 * 120_000.0 / (1920.0 * 1080.0);
-        match unit {
-            Unit::Lights => 16,
-            Unit::Samples => 1,
-            Unit::Caches => (of_paper.round() as u64).max(1),
-        }
-    }
-
-    /// The budget of one scene; an error names the key at fault. `usual` is the count where none is set;
-    /// without it one must be.
+    /// The budget of one scene; an error names the key at fault. `usual` is the amount where none is
+    /// written; without it one must be.
     pub(super) fn of(
-        config: &Config,
-        choice: &SceneChoice,
-        usual: Option<u64>,
+        technique: &TechniqueEntry,
+        (config, choice): (&Config, &SceneChoice),
+        usual: Option<f64>,
     ) -> Result<Self, (&'static str, String)> {
-        let unit = crate::registry::technique(&config.technique).map_or(Unit::Caches, |t| t.unit);
-        let caches = choice.caches.or(config.caches);
-        let lights = choice.lights.or(config.lights);
-        let samples = choice.samples.or(config.samples);
-        let seconds = choice.seconds.or(config.seconds);
-        let given = [
-            ("caches", caches.is_some()),
-            ("lights", lights.is_some()),
-            ("samples", samples.is_some()),
-            ("seconds", seconds.is_some()),
-        ];
-        let (wanted, takes, count): (_, &[&str], _) = match unit {
-            Unit::Caches => ("caches", &["caches"], caches),
-            Unit::Lights => ("lights", &["lights", "seconds"], lights),
-            Unit::Samples => ("samples", &["samples"], samples),
-        };
-        let given = given
-            .iter()
-            .filter(|(_, there)| *there)
-            .map(|(key, _)| *key);
-        let given: Vec<&'static str> = given.collect();
-        if let Some(key) = given.iter().find(|key| !takes.contains(key)) {
-            let takes = takes.join("` or `");
+        let amount = |unit: &&'static Unit| Some((*unit, written(unit, config, choice)?));
+        let given: Vec<(&'static Unit, f64)> = UNITS.iter().filter_map(amount).collect();
+        if let Some((unit, _)) = given.iter().find(|(u, _)| !technique.units.contains(u)) {
+            let takes: Vec<&str> = technique.units.iter().map(|unit| unit.key).collect();
             let message = format!(
-                "{} takes `{takes}`, not `{key}`, as its budget",
-                config.technique
+                "{} takes `{}`, not `{}`, as its budget",
+                technique.about.id,
+                takes.join("` or `"),
+                unit.key
             );
-            return Err((key, message));
+            return Err((unit.key, message));
         }
-        if given.len() > 1 {
+        if let [_, (second, _), ..] = given.as_slice() {
+            let keys: Vec<&str> = given.iter().map(|(unit, _)| unit.key).collect();
             let message = format!(
                 "two budgets, `{}`: expected one of them, for the experiment and its scenes alike",
-                given.join("` and `")
+                keys.join("` and `")
             );
-            return Err(("seconds", message));
+            return Err((second.key, message));
         }
-        if let Some(seconds) = seconds {
-            if seconds.is_finite() && seconds > 0.0 && seconds <= LONGEST_S {
-                return Ok(Self::Seconds(seconds));
-            }
-            let message = format!("seconds: expected a number above 0 and up to {LONGEST_S}");
-            return Err(("seconds", message));
-        }
-        let count = count.or(usual).filter(|n| *n > 0).ok_or_else(|| {
-            let message =
-                format!("no number of {wanted}: set `{wanted}` for the experiment or the scene");
-            (wanted, message)
-        })?;
-        Ok(match unit {
-            Unit::Lights => Self::Lights(count),
-            Unit::Samples => Self::Samples(count),
-            Unit::Caches => {
-                let scaled = count as f64 * config.scale.0 * config.scale.0;
-                Self::Caches((scaled.round() as u64).max(1))
-            }
+        let none = (technique.units[0], usual.unwrap_or(0.0));
+        let (unit, amount) = given.first().copied().unwrap_or(none);
+        let budget = Self { unit, amount };
+        budget.check().map_err(|message| (unit.key, message))?;
+        Ok(match unit.is_of_image {
+            true => budget.scaled(config.scale.0 * config.scale.0),
+            false => budget,
         })
+    }
+
+    fn check(self) -> Result<(), String> {
+        let (key, amount) = (self.unit.key, self.amount);
+        if self.unit.is_timed {
+            return match amount > 0.0 && amount <= LONGEST_S {
+                true => Ok(()),
+                false => Err(format!(
+                    "{key}: expected a number above 0 and up to {LONGEST_S}"
+                )),
+            };
+        }
+        match amount > 0.0 {
+            true => Ok(()),
+            false => Err(format!(
+                "no number of {key}: set `{key}` for the experiment or the scene"
+            )),
+        }
+    }
+
+    /// For an image of this share of the pixels.
+    fn scaled(self, share: f64) -> Self {
+        let amount = (self.amount * share).round().max(1.0);
+        Self { amount, ..self }
     }
 }
 
-impl std::fmt::Display for Budget {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Self::Caches(amount) => write!(f, "caches={amount}"),
-            Self::Lights(amount) => write!(f, "lights={amount}"),
-            Self::Samples(amount) => write!(f, "samples={amount}"),
-            Self::Seconds(seconds) => write!(f, "seconds={seconds}"),
+impl fmt::Display for Budget {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}={}", self.unit.key, self.amount)
+    }
+}
+
+impl Serialize for Budget {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(1))?;
+        match self.count() {
+            Some(count) => map.serialize_entry(self.unit.key, &count)?,
+            None => map.serialize_entry(self.unit.key, &self.amount)?,
+        }
+        map.end()
+    }
+}
+
+impl TryFrom<BTreeMap<String, f64>> for Budget {
+    type Error = String;
+
+    fn try_from(written: BTreeMap<String, f64>) -> Result<Self, String> {
+        let (key, &amount) = written.first_key_value().ok_or("expected a budget")?;
+        let unit = UNITS.into_iter().find(|unit| unit.key == key.as_str());
+        let unit = unit.ok_or_else(|| format!("no budget is called `{key}`"))?;
+        Ok(Self { unit, amount })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registry::TECHNIQUES;
+
+    #[test]
+    fn every_unit_is_read_from_experiments_and_scenes_and_written() {
+        for unit in UNITS {
+            let technique = TECHNIQUES.iter().find(|t| t.units.contains(&unit));
+            let technique = technique.expect("a technique takes it");
+            let read = |of_config: &str, of_scene: &str| {
+                let text = format!(
+                    "name = 'x'\ntechnique = 'x'\nmethod = []\n{of_config}\n[[scene]]\nname = 's'\n{of_scene}"
+                );
+                let config: Config = toml::from_str(&text).expect("a config");
+                Budget::of(technique, (&config, &config.scene[0]), None)
+            };
+            let line = |amount: u32| format!("{} = {amount}", unit.key);
+            let budget = read(&line(7), "").expect("a budget");
+            assert_eq!(budget, Budget { unit, amount: 7.0 });
+            assert_eq!(read(&line(7), &line(8)).map(|b| b.amount), Ok(8.0));
+            assert_eq!(read(&line(0), "").map_err(|(key, _)| key), Err(unit.key));
+            assert_eq!(budget.to_string(), format!("{}=7", unit.key));
+            let json = serde_json::to_string(&budget).expect("writes");
+            let amount = if unit.is_timed { "7.0" } else { "7" };
+            assert_eq!(json, format!("{{\"{}\":{amount}}}", unit.key));
+            assert_eq!(serde_json::from_str::<Budget>(&json).ok(), Some(budget));
         }
     }
 }

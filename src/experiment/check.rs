@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use super::case::{Case, NamedPlace, name_places, place_named};
 use super::claim::EVERY_SCENE;
-use super::config::{Config, ConfigError, Source};
+use super::config::{Config, ConfigError, FigureSpec, Source};
 use super::expression::Expression;
+use super::sequence::{frame_columns, is_frame_column};
 use super::{Job, columns};
 use crate::cache::interpolation::INTERPOLATIONS;
 use crate::registry::TECHNIQUES;
@@ -34,18 +35,54 @@ pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), Confi
     }
     for (index, figure) in config.figure.iter().enumerate() {
         let index = index.to_string();
-        for column in figure.x.iter().chain(&figure.y) {
-            names
-                .column(column)
-                .map_err(|message| source.error(&["figure", &index], message))?;
+        let at = |key: &str, message| source.error(&["figure", &index, key], message);
+        if figure.kind.is_about_frames() {
+            about_frames(config, figure).map_err(|(key, message)| at(key, message))?;
+        } else {
+            for (key, column) in figure.x.iter().map(|x| ("x", x)).chain(y(figure)) {
+                names.column(column).map_err(|message| at(key, message))?;
+            }
         }
         for label in &figure.methods {
             names
                 .label(label)
-                .map_err(|message| source.error(&["figure", &index, "methods"], message))?;
+                .map_err(|message| at("methods", message))?;
         }
     }
     Ok(())
+}
+
+fn y(figure: &FigureSpec) -> impl Iterator<Item = (&'static str, &String)> {
+    figure.y.iter().map(|y| ("y", y))
+}
+
+/// Checks a figure about frames; else the key that is at fault, and why.
+fn about_frames(config: &Config, figure: &FigureSpec) -> Result<(), (&'static str, String)> {
+    if config.sequence.is_none() {
+        let why = "a figure of this kind is about the frames of a sequence, and the config has no [sequence]";
+        return Err(("kind", why.into()));
+    }
+    if let Some(x) = figure
+        .x
+        .as_ref()
+        .filter(|x| !["frame", "time"].contains(&x.as_str()))
+    {
+        let why = format!("x of a figure about frames is `frame` or `time`, found `{x}`");
+        return Err(("x", why));
+    }
+    match y(figure).find(|(_, column)| !is_frame_column(column)) {
+        None => Ok(()),
+        Some((key, column)) => {
+            let known = frame_columns();
+            let names: Vec<&str> = known.iter().map(String::as_str).collect();
+            let why = format!(
+                "frames have no column `{column}`{} There are: {}, seconds_<stage> and cpu_seconds_<stage>",
+                advice(column, &names),
+                names.join(", ")
+            );
+            Err((key, why))
+        }
+    }
 }
 
 /// What claims, tables and figures may name.
@@ -129,8 +166,7 @@ impl<'a> Names<'a> {
         }
         let mut known: Vec<&str> = columns::declared().chain(parameters()).collect();
         known.extend(&self.swept);
-        let advice = nearest(column, &known)
-            .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        let advice = advice(column, &known);
         let listed: Vec<&str> = columns::declared().collect();
         Err(format!(
             "no column is called `{column}`{advice} There are: {}, seconds_<stage>, cpu_seconds_<stage>, \
@@ -150,6 +186,11 @@ fn parameters() -> impl Iterator<Item = &'static str> {
     parts
         .chain(interpolations)
         .flat_map(|about| about.parameters.iter().map(|p| p.key))
+}
+
+/// What was perhaps meant.
+fn advice(wrong: &str, known: &[&str]) -> String {
+    nearest(wrong, known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 /// The name that is most like another, if it could be a slip of the finger.
@@ -204,6 +245,37 @@ expect = "EXPECT"
         );
         let error = planned("rmse(IM@elsewhere) < 1", &[]).expect_err("none");
         assert!(error.contains("no scene is called `elsewhere`"), "{error}");
+    }
+
+    #[test]
+    fn figures_about_frames_need_a_sequence_and_its_columns() {
+        let planned = |sequence: &str, figure: &str| {
+            let text = CONFIG.replace("EXPECT", "rmse(IM) < 1");
+            let text = text.replace("view = \"VIEW\"", "view = \"poles\"\nlabel = \"again\"");
+            let source = Source {
+                file: "c.toml".into(),
+                text: format!("{text}{sequence}\n[[figure]]\nname = \"f\"\n{figure}"),
+            };
+            plan(&source, &[]).map_err(|e| e.to_string())
+        };
+        let sequence = "[sequence]\nframes = 4";
+        let figure = "kind = \"timeline\"\ny = [\"rmse\", \"seconds_placement\"]";
+        planned(sequence, figure).expect("plans");
+        let error = planned("", figure).expect_err("no sequence");
+        assert!(
+            error.starts_with("c.toml:21:1: a figure of this kind"),
+            "{error}"
+        );
+        let error = planned(sequence, &figure.replace("rmse", "rmes")).expect_err("unknown");
+        assert!(
+            error.starts_with("c.toml:24:1: frames have no column `rmes`; did you mean `rmse`?"),
+            "{error}"
+        );
+        let error = planned(sequence, "kind = \"timeline\"\nx = \"caches\"").expect_err("x");
+        assert!(
+            error.contains("is `frame` or `time`, found `caches`"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -259,11 +259,15 @@ pub struct FigureSpec {
     #[serde(default)]
     pub insets: Vec<[f64; 4]>,
     /// `curves`: the row column on the horizontal axis, and those on the vertical axes; `ranking`: only
-    /// those, `rmse` and `flip_ldr` by default.
+    /// those, `rmse` and `flip_ldr` by default; `timeline`: `frame` or `time` and columns of `frames.csv`.
     #[serde(default)]
     pub x: Option<String>,
     #[serde(default)]
     pub y: Vec<String>,
+    /// `timeline`: a line for each viewer in place of their mean; `frames`: rows for each viewer in place of the
+    /// first.
+    #[serde(default)]
+    pub per_viewer: bool,
 }
 
 impl FigureKind {
@@ -272,9 +276,14 @@ impl FigureKind {
         matches!(self, Self::Lights | Self::Classification | Self::Components)
     }
 
-    /// Whether it is one plot of all scenes, made of numbers alone.
+    /// Whether it is a plot, made of numbers alone.
     pub fn is_plot(self) -> bool {
-        matches!(self, Self::Curves | Self::Ranking)
+        matches!(self, Self::Curves | Self::Ranking | Self::Timeline)
+    }
+
+    /// Whether it is about the frames of sequences.
+    pub fn is_about_frames(self) -> bool {
+        matches!(self, Self::Timeline | Self::Frames)
     }
 }
 
@@ -297,6 +306,10 @@ pub enum FigureKind {
     Components,
     /// Ranks of the methods under each environment map, for each metric of `y`.
     Ranking,
+    /// Columns of `frames.csv` over the frames of a sequence.
+    Timeline,
+    /// Kept frames of a sequence: the reference and each method a row, the frames columns.
+    Frames,
 }
 
 /// A statement of the paper about rows.

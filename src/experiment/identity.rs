@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 
 use super::Job;
 use crate::scene::{
-    Material, SceneDescription, ShapeDescription, ShapeSource, TextureDescription, TextureSource,
-    View,
+    GltfFile, Material, SceneDescription, ShapeDescription, ShapeSource, TextureDescription,
+    TextureSource, View,
 };
 use crate::technique::{Technique, TechniqueEntry, Terms};
 
@@ -85,6 +85,12 @@ fn shape(shape: &ShapeDescription) -> Value {
         ShapeSource::Obj { path, part } => json!(["obj", contents(path), part]),
         ShapeSource::Ply { path } => json!(["ply", contents(path)]),
         ShapeSource::Serialized { path, index } => json!(["serialized", contents(path), index]),
+        ShapeSource::Gltf {
+            file,
+            mesh,
+            primitive,
+            uv_set,
+        } => json!(["gltf", all_contents(file), mesh, primitive, uv_set]),
         ShapeSource::Rectangle => json!(["rectangle"]),
         ShapeSource::Cube => json!(["cube"]),
         ShapeSource::Sphere { centre, radius } => json!(["sphere", centre, radius]),
@@ -118,13 +124,22 @@ fn texture(texture: &TextureDescription) -> Value {
         nearest,
         wrap,
         uv_scale,
+        uv_turn_rad,
         uv_offset,
+        factor,
+        alpha,
     } = texture;
     let source = match source {
         TextureSource::File(path) => json!(["file", contents(path)]),
+        TextureSource::Gltf { file, image } => json!(["gltf", all_contents(file), image]),
         TextureSource::Checkerboard(colours) => json!(["checkerboard", colours]),
     };
-    json!([source, srgb, nearest, wrap, uv_scale, uv_offset])
+    let basic = json!([source, srgb, nearest, wrap, uv_scale, uv_offset]);
+    // What only glTF says is not part of the keys of others.
+    match (uv_turn_rad, factor, alpha) {
+        (0.0, [1.0, 1.0, 1.0], None) => basic,
+        others => json!([basic, others]),
+    }
 }
 
 fn environment(environment: &EnvironmentDescription) -> Value {
@@ -150,6 +165,11 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             scale,
         } => json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]),
     }
+}
+
+/// Hashes of a glTF file and its buffers.
+fn all_contents(file: &GltfFile) -> Vec<String> {
+    file.files().iter().map(|path| contents(path)).collect()
 }
 
 /// A hash of what is in a file; `absent` or the reason for files that cannot be read. It is
@@ -186,12 +206,7 @@ impl Job {
         let references: Vec<String> = self
             .sequence
             .measured()
-            .flat_map(|frame| {
-                let time_s = self.sequence.time_s(frame);
-                let views = self.sequence.views(scene, time_s).unwrap_or_default();
-                views.into_iter().map(move |view| (view, time_s))
-            })
-            .map(|(view, time_s)| self.reference_of(&view, time_s))
+            .flat_map(|frame| self.references_of(frame, scene).unwrap_or_default())
             .collect();
         self.reference = match &references[..] {
             [one] => one.clone(),
@@ -215,8 +230,37 @@ impl Job {
         self.id = hash(&Value::from(done).to_string());
     }
 
+    /// Keys of the references of a frame, one for each viewer, of a scene as it is declared. `None` where the scene has
+    /// no longer what viewers follow.
+    pub fn references_of(&self, frame: u32, scene: &SceneDescription) -> Option<Vec<String>> {
+        let sequence = &self.sequence;
+        let at = |frame: u32| sequence.views(scene, sequence.time_s(frame));
+        let first = sequence.frames[0];
+        let exposes = frame != first
+            && self
+                .built_technique()
+                .is_some_and(|technique| technique.decides_exposure());
+        let exposed_by: Vec<Option<View>> = match exposes {
+            true => at(first)?.into_iter().map(Some).collect(),
+            false => vec![None; sequence.viewers.len()],
+        };
+        let views = at(frame)?.into_iter().zip(exposed_by);
+        let keys = views.map(|(view, first_view)| {
+            let key = self.reference_of(&view, sequence.time_s(frame));
+            match first_view {
+                None => key,
+                // What the first frame is decides the exposure.
+                Some(view) => {
+                    let exposing = self.reference_of(&view, sequence.time_s(first));
+                    hash(&format!("{key} exposed by {exposing}"))
+                }
+            }
+        });
+        Some(keys.collect())
+    }
+
     /// Key of the reference of a view, in the coordinates of the scene's file, at a time.
-    pub fn reference_of(&self, view: &View, time_s: f64) -> String {
+    fn reference_of(&self, view: &View, time_s: f64) -> String {
         let technique = crate::registry::technique(&self.technique);
         let version = technique.map_or(0, |entry| entry.about.version);
         let shared = technique.map_or_else(toml::Table::new, |t| self.parameters_by_use(t).1);

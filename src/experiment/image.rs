@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::config::{Config, ConfigError, Source};
 use super::plan::Planner;
-use super::{Budget, Job, Plan, equal_time};
+use super::{Job, Plan, equal_time};
 use crate::image::Image;
 use crate::technique::{Choice, Passes, Rendered, Shot, Stages, Technique, Terms};
 use crate::trace::RayCounter;
@@ -57,10 +57,11 @@ pub fn render_job(
         };
         choice.still(technique, shot, reference)
     };
-    match job.budget {
-        Budget::Caches(count) | Budget::Lights(count) | Budget::Samples(count) => render(count),
-        Budget::Seconds(seconds) => {
-            let mut images = equal_time::render_within(seconds, |count| Ok(vec![render(count)?]))?;
+    match job.budget.count() {
+        Some(count) => render(count),
+        None => {
+            let render = |count| Ok(vec![render(count)?]);
+            let mut images = equal_time::render_within(job.budget.amount, render)?;
             images.pop().ok_or_else(|| "no image was rendered".into())
         }
     }

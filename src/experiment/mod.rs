@@ -8,6 +8,8 @@ mod check;
 mod claim;
 mod columns;
 mod config;
+#[cfg(test)]
+mod config_page;
 mod equal_time;
 mod expression;
 mod identity;
@@ -58,6 +60,7 @@ pub use scale::Scale;
 pub use scenes::Additions;
 pub use sequence::{
     FrameRecord, Frames, Keep, KeepWord, Sequence, SequenceSpec, Viewer, ViewerRule, ViewersSpec,
+    frame_column, spread,
 };
 pub use store::Store;
 pub use suite::{Member, Suite};

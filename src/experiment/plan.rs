@@ -13,10 +13,7 @@ use super::overrides::Override;
 use super::scene_key;
 use super::scenes::{Additions, FoundScene, find_scenes};
 use super::sequence::Sequence;
-use crate::technique::{Technique, TechniqueEntry, Terms};
-
-/// What images of a given time count as in estimates, with those that the time is found by.
-const RAYS_PER_SECOND: f64 = 2e7;
+use crate::technique::{Casts, Technique, TechniqueEntry, Terms};
 
 /// A resolved experiment: nothing is left to decide before rays are traced.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -91,13 +88,12 @@ impl Job {
     /// of its lights.
     pub fn estimated_rays(&self) -> u64 {
         let pixels = (self.width * self.height) as u64;
-        let samples = pixels * u64::from(self.spp);
-        let image = match self.budget {
-            Budget::Caches(caches) => pixels + samples + caches * self.rays_per_evaluation(),
-            Budget::Lights(lights) => samples * (1 + lights),
-            Budget::Samples(paths) => pixels * paths * self.rays_per_evaluation(),
-            Budget::Seconds(seconds) => samples + (seconds * RAYS_PER_SECOND) as u64,
+        let casts = Casts {
+            pixels: pixels as f64,
+            samples: (pixels * u64::from(self.spp)) as f64,
+            rays_per_evaluation: self.rays_per_evaluation() as f64,
         };
+        let image = (self.budget.unit.rays)(self.budget.amount, &casts) as u64;
         image * self.sequence.images() as u64
     }
 
@@ -129,13 +125,9 @@ impl Job {
 
     /// Bytes its records will take.
     pub fn estimated_bytes(&self) -> u64 {
-        match self.budget {
-            Budget::Caches(caches) => {
-                let technique = self.built_technique();
-                caches * technique.map_or(0, |t| t.bytes_per_record())
-            }
-            Budget::Lights(_) | Budget::Samples(_) | Budget::Seconds(_) => 0,
-        }
+        let technique = self.built_technique();
+        let records = self.budget.count().unwrap_or(0);
+        records * technique.map_or(0, |t| t.bytes_per_record())
     }
 
     pub(super) fn built_technique(&self) -> Option<Box<dyn Technique>> {
@@ -356,8 +348,8 @@ impl Planner<'_> {
         let entry = self.technique()?;
         let usual = self
             .is_image
-            .then(|| Budget::usual(entry.unit, [width, height]));
-        let budget = Budget::of(config, choice, usual)
+            .then(|| (entry.units[0].usual)((width * height) as f64));
+        let budget = Budget::of(entry, (config, choice), usual)
             .map_err(|(key, message)| scene.error(key, message))?;
         let technique_parameters = self.technique_parameters(entry, scene)?;
         let technique = (entry.build)(&technique_parameters)

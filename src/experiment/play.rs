@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::reference::Reference;
 use super::sequence::{Animation, Checkpoint, FrameRecord, Metrics, Thumbnail};
 use super::truths::Truths;
-use super::{Budget, Job, LIGHTS_IN_TIME};
+use super::{Job, LIGHTS_IN_TIME};
 use crate::image::Image;
 use crate::metric::{CompareOptions, Comparison, compare};
 use crate::scene::View;
@@ -49,17 +49,22 @@ impl Player<'_> {
         truths: &mut Truths,
     ) -> Result<Vec<FrameRecord>, String> {
         let sequence = &self.job.sequence;
+        let exposures = truths.exposures(|| self.exposures(loaded))?;
         let mut state = Checkpoint::read(self.folder);
         let mut contender = self.start(state.count)?;
         contender.recall(&state.memory)?;
-        self.rewind(loaded, truths, (contender.as_mut(), state.done))?;
+        self.rewind(
+            loaded,
+            (truths, &exposures),
+            (contender.as_mut(), state.done),
+        )?;
         let mut written = std::time::Instant::now();
         let frames = sequence.frames.iter().enumerate().skip(state.done);
         for (place, &number) in frames {
             let time_s = sequence.time_s(number);
             let views = loaded.views(self.job, number)?;
             let moment = loaded.world.at(time_s);
-            let mut shots = self.shots(moment, &views, (number, truths));
+            let mut shots = self.shots(moment, &views, (number, &exposures));
             for shot in &mut shots {
                 shot.layer = truths.layer(self.technique, shot);
             }
@@ -69,9 +74,9 @@ impl Player<'_> {
                 time_s,
                 shots: &shots,
             };
-            let images = match (self.job.budget, place) {
-                (Budget::Seconds(seconds), 0) => {
-                    let (count, images) = self.within(seconds, &frame)?;
+            let images = match (self.job.budget.count(), place) {
+                (None, 0) => {
+                    let (count, images) = self.within(self.job.budget.amount, &frame)?;
                     state.count = Some(count);
                     if sequence.images() == 1 {
                         images
@@ -123,7 +128,7 @@ impl Player<'_> {
     fn rewind(
         &self,
         loaded: &mut Loaded,
-        truths: &mut Truths,
+        (truths, exposures): (&mut Truths, &[f32]),
         (contender, done): (&mut dyn Contender, usize),
     ) -> Result<(), String> {
         let sequence = &self.job.sequence;
@@ -135,32 +140,38 @@ impl Player<'_> {
             let first = sequence.frames[0];
             let views = loaded.views(self.job, first)?;
             let moment = loaded.world.at(sequence.time_s(first));
-            let shots = self.shots(moment, &views, (first, truths));
+            let shots = self.shots(moment, &views, (first, exposures));
             self.search(contender, &shots, truths)?;
         }
         loaded.world.at(sequence.time_s(sequence.frames[before]));
         Ok(())
     }
 
+    /// The exposure of each viewer, by its first shot.
+    fn exposures(&self, loaded: &mut Loaded) -> Result<Vec<f32>, String> {
+        let first = self.job.sequence.frames[0];
+        let views = loaded.views(self.job, first)?;
+        let moment = loaded.world.at(self.job.sequence.time_s(first));
+        let shots = views
+            .iter()
+            .map(|view| Shot::new(moment, view, Film::of(self.job)));
+        Ok(shots.map(|shot| self.technique.exposure(&shot)).collect())
+    }
+
     fn shots<'s>(
         &self,
         moment: Moment<'s>,
         views: &'s [View],
-        (frame, truths): (u32, &mut Truths),
+        (frame, exposures): (u32, &[f32]),
     ) -> Vec<Shot<'s>> {
         let film = Film::of(self.job);
-        let mut shots: Vec<Shot> = views
-            .iter()
-            .zip(0..)
-            .map(|(view, viewer)| {
-                let mut shot = Shot::new(moment, view, film);
-                (shot.frame, shot.viewer) = (frame, viewer);
-                shot
-            })
-            .collect();
-        let exposure = truths.exposure(|| self.technique.exposure(&shots[0]));
-        shots.iter_mut().for_each(|shot| shot.exposure = exposure);
-        shots
+        let seen = views.iter().zip(exposures).zip(0..);
+        seen.map(|((view, exposure), viewer)| {
+            let mut shot = Shot::new(moment, view, film);
+            (shot.frame, shot.viewer, shot.exposure) = (frame, viewer, *exposure);
+            shot
+        })
+        .collect()
     }
 
     /// Renders a frame, after a search for settings if it is the first.

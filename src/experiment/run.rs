@@ -12,8 +12,9 @@ use super::provenance::{self, Provenance};
 use super::reference::ReferenceStore;
 use super::sequence::{FrameRecord, frames_csv};
 use super::truths::Truths;
-use super::{Budget, Config, Job, Plan, Row, Store, progress::Progress};
+use super::{Config, Job, Plan, Row, Store, progress::Progress};
 use crate::memory;
+use crate::technique::CACHES;
 
 /// How often the rows so far are written, at most.
 const ROWS_EVERY: Duration = Duration::from_secs(5);
@@ -223,7 +224,7 @@ impl Runner {
                 return (row, Vec::new());
             }
         };
-        if matches!(job.budget, Budget::Caches(_)) {
+        if *job.budget.unit == CACHES {
             row.caches = Some(0);
         }
         for (key, value) in &job.method_parameters {

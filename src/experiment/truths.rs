@@ -4,11 +4,11 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
+use super::Job;
 use super::progress::Progress;
 use super::reference::{Reference, ReferenceStore};
-use super::{Job, Sequence};
 use crate::image::Image;
-use crate::scene::{SceneDescription, View};
+use crate::scene::SceneDescription;
 use crate::technique::{Shot, Technique};
 
 /// Bytes of references and layers that are held between jobs; longer sequences read or make them again.
@@ -18,7 +18,8 @@ const HELD_BYTES: usize = 256 << 20;
 pub(super) struct Truths<'a> {
     store: &'a ReferenceStore,
     description: &'a SceneDescription,
-    exposure: Option<f32>,
+    /// Of each viewer, by its first shot.
+    exposures: Option<Vec<f32>>,
     /// By frame and viewer, where all of the sequence can be held.
     references: Option<HashMap<(u32, u16), Rc<Reference>>>,
     layers: Option<HashMap<(u32, u16), Option<Image>>>,
@@ -32,15 +33,24 @@ impl<'a> Truths<'a> {
         Self {
             store,
             description,
-            exposure: None,
+            exposures: None,
             references: (2 * image <= HELD_BYTES).then(HashMap::new),
             layers: (image <= HELD_BYTES).then(HashMap::new),
         }
     }
 
-    /// The exposure of the sequence, from its first shot.
-    pub fn exposure(&mut self, of_first: impl FnOnce() -> f32) -> f32 {
-        *self.exposure.get_or_insert_with(of_first)
+    /// The exposure of each viewer, decided by `of_first` when it is asked for first.
+    ///
+    /// # Errors
+    /// Those of `of_first`.
+    pub fn exposures(
+        &mut self,
+        of_first: impl FnOnce() -> Result<Vec<f32>, String>,
+    ) -> Result<Vec<f32>, String> {
+        if self.exposures.is_none() {
+            self.exposures = Some(of_first()?);
+        }
+        Ok(self.exposures.clone().unwrap_or_default())
     }
 
     /// Light of a shot that all contenders share.
@@ -59,10 +69,9 @@ impl<'a> Truths<'a> {
     /// # Errors
     /// A sentence, where the scene has no longer what the viewer follows.
     pub fn key(&self, job: &Job, shot: &Shot) -> Result<String, String> {
-        let view = declared_view(self.description, &job.sequence, (shot.frame, shot.viewer));
-        let view =
-            view.ok_or_else(|| format!("{} has no view or path `{}`", job.scene, job.view))?;
-        Ok(job.reference_of(&view, job.sequence.time_s(shot.frame)))
+        let keys = job.references_of(shot.frame, self.description);
+        let key = keys.and_then(|keys| keys.into_iter().nth(usize::from(shot.viewer)));
+        key.ok_or_else(|| format!("{} has no view or path `{}`", job.scene, job.view))
     }
 
     /// The complete reference of a shot.
@@ -90,14 +99,4 @@ impl<'a> Truths<'a> {
         }
         Ok(reference)
     }
-}
-
-/// The camera of a viewer in a frame, in the coordinates of the scene's file.
-fn declared_view(
-    description: &SceneDescription,
-    sequence: &Sequence,
-    (frame, viewer): (u32, u16),
-) -> Option<View> {
-    let views = sequence.views(description, sequence.time_s(frame))?;
-    views.into_iter().nth(usize::from(viewer))
 }

@@ -5,9 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::partition::{
-    Coordinates, PART, halve, is_large, is_shared, partition, partition_large, partition_shared,
-};
+use super::partition::{Coordinates, PART, halve, is_large, is_shared, partition, partition_large};
 
 /// Nodes with more members than this grow their halves in parallel.
 const PARALLEL: usize = 1 << 15;
@@ -259,8 +257,7 @@ impl<F: Measure> Growth<F> {
     /// of both.
     fn halves(&self, split: Split, members: &mut [F::Member]) -> (usize, [F::Summary; 2]) {
         let middle = match split.plane {
-            Some(plane) if is_shared(members) => partition_shared(members, (split.axis, plane)),
-            Some(plane) if is_large(members) => {
+            Some(plane) if is_large(members) && !is_shared(members) => {
                 let add = |summary: &mut F::Summary, member: &F::Member| {
                     self.measure.add(summary, member);
                 };

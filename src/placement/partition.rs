@@ -21,13 +21,16 @@ pub(super) fn is_large<M>(members: &[M]) -> bool {
     members.len() > CACHED
 }
 
-/// Whether [`partition_shared`] is the faster way.
+/// Whether all threads split the members, and sum them up.
 pub(super) fn is_shared<M>(members: &[M]) -> bool {
     members.len() > SHARED
 }
 
 /// Moves members below `plane` to the front and returns how many there are.
 pub(super) fn partition<M: Coordinates>(members: &mut [M], axis: usize, plane: f32) -> usize {
+    if is_shared(members) {
+        return partition_shared(members, (axis, plane));
+    }
     if is_large(members) {
         return partition_large(members, (axis, plane), [(); 2], |(), _| ()).0;
     }
@@ -71,10 +74,7 @@ pub(super) fn partition_large<M: Coordinates, S>(
 
 /// As [`partition_large`], by all threads and without summaries: the members end in the same order, since the first
 /// member on the wrong side always changes places with the last one.
-pub(super) fn partition_shared<M: Coordinates>(
-    members: &mut [M],
-    (axis, plane): (usize, f32),
-) -> usize {
+fn partition_shared<M: Coordinates>(members: &mut [M], (axis, plane): (usize, f32)) -> usize {
     let is_below = |member: &M| member.coordinate(axis) < plane;
     let parts = members.par_chunks(PART);
     let below: usize = parts

@@ -43,6 +43,18 @@ impl Axis {
         Self::linear(low - below, high + 0.06 * span)
     }
 
+    /// A linear axis from end to end with a small margin, whose ticks are at least `step` apart.
+    pub fn between([low, high]: [f64; 2], step: f64) -> Self {
+        let margin = match high > low {
+            true => 0.02 * (high - low),
+            false => 0.5,
+        };
+        let mut axis = Self::linear(low - margin, high + margin);
+        axis.ticks
+            .retain(|t| step == 0.0 || (t / step).fract() == 0.0);
+        axis
+    }
+
     fn linear(low: f64, high: f64) -> Self {
         let rough = (high - low) / 6.0;
         let power = 10f64.powf(rough.log10().floor());
@@ -83,6 +95,11 @@ impl Axis {
     /// The lowest value that is shown.
     pub fn low(&self) -> f64 {
         self.low
+    }
+
+    /// The highest value that is shown.
+    pub fn high(&self) -> f64 {
+        self.high
     }
 }
 
@@ -169,6 +186,14 @@ mod tests {
                 "{values:?} {axis:?}"
             );
         }
+    }
+
+    #[test]
+    fn ticks_of_frames_are_whole() {
+        assert_eq!(Axis::between([0.0, 3.0], 1.0).ticks, [0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(Axis::between([7.0, 7.0], 1.0).ticks, [7.0]);
+        assert_eq!(Axis::between([1.0, 300.0], 1.0).ticks.len(), 4);
+        assert!(Axis::between([0.0, 1.0], 0.0).ticks.len() > 4);
     }
 
     #[test]

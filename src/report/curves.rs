@@ -8,7 +8,6 @@ use plotters::prelude::*;
 use super::axis::Axis;
 use super::data::{Asked, Data, SceneOf};
 use super::figure::{shows_method, shows_scene};
-use super::number::Style;
 use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
 use super::table_kinds::MOST_SCENES;
 use crate::experiment::Column;
@@ -100,17 +99,7 @@ fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) 
         })
         .collect();
     let all = || curves.iter().flat_map(|c| &c.points);
-    // The embedded face has no arrows.
-    let heading = |key: &str| {
-        let column = Column::of(key);
-        let unit = Style::of(column.unit, [1.0].into_iter()).unit;
-        let unit = if unit.is_empty() {
-            String::new()
-        } else {
-            format!(", {unit}")
-        };
-        format!("{}{unit}", column.heading)
-    };
+    let heading = |key: &str| plot::axis_name(Column::of(key));
     Panel {
         title: scene.title(),
         x: (heading(x), Axis::over(all().map(|p| p.0), false)),

@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::estimate::Estimate;
 use crate::experiment::{
-    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, ReferenceStore, Row, Store,
-    Swept,
+    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, ReferenceStore, Row, Sequence,
+    Store, Swept,
 };
 
 /// Everything a report is made of, but the images.
@@ -113,6 +113,15 @@ impl Data {
     pub fn case(&self, asked: Asked) -> Case {
         self.cases
             .case(&asked.scene.place, asked.label, asked.point)
+    }
+
+    /// The frames and viewers of the jobs at a scene and a swept value.
+    pub fn sequence(&self, scene: &SceneOf, point: &Swept) -> Option<&Sequence> {
+        let here = |job: &&Job| {
+            let case = Case::of_job(job);
+            case.place == scene.place && case.swept == *point
+        };
+        Some(&self.plan.jobs.iter().find(here)?.sequence)
     }
 
     /// The scenes in which anything was to run at a swept value.

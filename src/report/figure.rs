@@ -9,7 +9,9 @@ use super::data::{Data, SceneOf};
 use super::font::Fonts;
 use super::pictures::{self, Pictures};
 use super::viewer::{self, Viewer};
-use super::{components, curves, escape, light_map, overlay, ranking, side_by_side};
+use super::{
+    components, contact_sheet, curves, escape, light_map, overlay, ranking, side_by_side, timeline,
+};
 use crate::experiment::{FigureKind, FigureSpec};
 use crate::image::{Image, write_png_coded};
 
@@ -61,30 +63,42 @@ pub fn draw_all(data: &Data) -> io::Result<Drawn> {
                 one_scene(data, (&fonts, spec, index), (scene, &shown), &mut drawn)?;
             }
         }
-        drawn.viewers.extend(viewer::write(data, scene, &pictures)?);
+        let viewer = viewer::write(data, (scene, &pictures), &mut drawn.notes)?;
+        drawn.viewers.extend(viewer);
     }
     for (index, spec) in data.config.figure.iter().enumerate() {
-        let plot = match spec.kind {
-            FigureKind::Curves => curves::draw(data, spec)?,
-            FigureKind::Ranking => ranking::draw(data, spec)?,
-            _ => continue,
-        };
-        match plot {
-            Ok((files, caption)) => drawn.figures.push(Figure {
-                title: title_of(spec),
-                caption,
-                files,
-                spec: index,
-            }),
-            Err(reason) => drawn
-                .notes
-                .push(format!("figure `{}`: {reason}", spec.name)),
+        match spec.kind {
+            FigureKind::Curves => drawn.add((spec, index), curves::draw(data, spec)?),
+            FigureKind::Ranking => drawn.add((spec, index), ranking::draw(data, spec)?),
+            FigureKind::Timeline => {
+                for scene in data.scenes.iter().filter(|scene| shows_scene(spec, scene)) {
+                    let plot = timeline::draw(data, (spec, scene), &mut drawn.notes)?;
+                    let plot = plot.map_err(|reason| format!("{}: {reason}", scene.name));
+                    drawn.add((spec, index), plot);
+                }
+            }
+            _ => {}
         }
     }
     drawn.figures.sort_by_key(|f| f.spec);
     drawn.notes.sort();
     drawn.notes.dedup();
     Ok(drawn)
+}
+
+impl Drawn {
+    /// A plot, or why it is not there.
+    fn add(&mut self, (spec, index): (&FigureSpec, usize), plot: Result<curves::Files, String>) {
+        match plot {
+            Ok((files, caption)) => self.figures.push(Figure {
+                title: title_of(spec).to_owned(),
+                caption,
+                files,
+                spec: index,
+            }),
+            Err(reason) => self.notes.push(format!("figure `{}`: {reason}", spec.name)),
+        }
+    }
 }
 
 /// Whether a figure is about a scene; names may be glob patterns.
@@ -121,11 +135,27 @@ fn shown<'a>(
         .collect()
 }
 
-fn title_of(spec: &FigureSpec) -> String {
-    if spec.title.is_empty() {
-        spec.name.clone()
-    } else {
-        spec.title.clone()
+/// Which picture of a sequence stands for it, after a comma; nothing for a still.
+pub fn moment_of(data: &Data, scene: &SceneOf) -> String {
+    let sequence = data.sequence(scene, &data.points()[0]);
+    match sequence.filter(|sequence| !sequence.is_still()) {
+        None => String::new(),
+        Some(sequence) => match &sequence.viewer_names()[..] {
+            [_] => format!(", frame {}", sequence.representative()),
+            names => format!(
+                ", frame {} of viewer {}",
+                sequence.representative(),
+                names[0]
+            ),
+        },
+    }
+}
+
+/// The title of a figure, or its name.
+pub fn title_of(spec: &FigureSpec) -> &str {
+    match spec.title.is_empty() {
+        true => &spec.name,
+        false => &spec.title,
     }
 }
 
@@ -135,7 +165,11 @@ fn one_scene(
     (scene, shown): (&SceneOf, &[Shown]),
     drawn: &mut Drawn,
 ) -> io::Result<()> {
-    let title = format!("{} — {}", title_of(spec), scene.title());
+    let moment = match spec.kind.is_about_frames() {
+        true => String::new(),
+        false => moment_of(data, scene),
+    };
+    let title = format!("{} — {}{moment}", title_of(spec), scene.title());
     let drawing = match spec.kind {
         FigureKind::SideBySide => side_by_side::draw(fonts, shown, (&title, &spec.insets)),
         FigureKind::Records => overlay::records(fonts, shown, &title),
@@ -143,7 +177,10 @@ fn one_scene(
         FigureKind::Lights => light_map::lights(fonts, shown, &title),
         FigureKind::Classification => light_map::classes(fonts, shown, &title),
         FigureKind::Components => components::draw(fonts, shown, &title),
-        FigureKind::Curves | FigureKind::Ranking => return Ok(()),
+        FigureKind::Frames => {
+            contact_sheet::draw(fonts, data, (scene, shown, &title), spec.per_viewer)
+        }
+        FigureKind::Curves | FigureKind::Ranking | FigureKind::Timeline => return Ok(()),
     };
     match drawing {
         Ok(Drawing { image, caption }) => {

@@ -153,7 +153,7 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
             let budget = budgets(&jobs);
             Some(SceneLine {
                 name: scene.title(),
-                view: job.view.clone(),
+                view: seen(job),
                 size: format!("{} × {}", job.width, job.height),
                 spp: job.spp,
                 budget,
@@ -163,13 +163,20 @@ fn scenes(data: &Data) -> Vec<SceneLine> {
         .collect()
 }
 
+/// From where a scene is seen, and over how many frames.
+fn seen(job: &Job) -> String {
+    match job.sequence.frames.len() {
+        1 => job.view.clone(),
+        count => format!("{}, {count} frames", job.view),
+    }
+}
+
 /// The budget of a scene's jobs, or its range; they are of one kind.
 fn budgets(jobs: &[&Job]) -> String {
-    let told = |budget: Budget| match budget {
-        Budget::Caches(count) => (count as f64, number::count(count), "records"),
-        Budget::Lights(count) => (count as f64, number::count(count), "rays a point"),
-        Budget::Samples(count) => (count as f64, number::count(count), "paths a pixel"),
-        Budget::Seconds(seconds) => (seconds, seconds.to_string(), "s"),
+    let told = |budget: Budget| {
+        let amount = budget.amount;
+        let text = budget.count().map_or(amount.to_string(), number::count);
+        (amount, text, budget.unit.heading)
     };
     let mut all: Vec<(f64, String, &str)> = jobs.iter().map(|job| told(job.budget)).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -8,6 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::data::Data;
 use super::{escape, font};
+use crate::experiment::{Column, Unit};
 use crate::image::{Image, write_png_coded};
 
 /// Heights of the legend and of the title, pixels.
@@ -30,6 +31,17 @@ const COLORS: [RGBColor; 7] = [
 /// The colour of the method at a position in the config.
 pub fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
+}
+
+/// The name of an axis and its unit, the one that values of the column have: ticks are not scaled.
+pub fn axis_name(column: Column) -> String {
+    let unit = match column.unit {
+        Unit::None | Unit::Count => return column.heading,
+        Unit::Decibel => "dB",
+        Unit::Seconds => "s",
+        Unit::Bytes => "bytes",
+    };
+    format!("{}, {unit}", column.heading)
 }
 
 /// Something that is drawn alike on every backend.

@@ -108,14 +108,19 @@ pub fn draw(
     Ok(Drawing {
         image: canvas,
         caption: format!(
-            "{} × {} pixels, {}, seed {}. Frames mark the insets; below them the FLIP map; errors are those of the run shown, the least underlined.",
+            "{} × {} pixels, {}, seed {}. Frames mark the insets; below them the FLIP map; errors are those of the run shown{}, the least underlined.",
             size.0,
             size.1,
             records.map_or_else(
                 || main.row.budget.clone(),
                 |n| format!("{} records", number::count(n))
             ),
-            main.row.seed
+            main.row.seed,
+            if main.row.frames_measured > 1 {
+                " over all its measured frames"
+            } else {
+                ""
+            }
         ),
     })
 }

@@ -7,8 +7,10 @@ use serde::Serialize;
 use super::canvas::painted;
 use super::data::{Data, SceneOf};
 use super::escape;
+use super::figure::moment_of;
 use super::number::{self, Style};
 use super::pictures::Pictures;
+use super::shots::{Frames, Previews, Shots};
 use super::side_by_side::bright_end;
 use crate::experiment::Unit;
 use crate::image::{Image, Plane, to_display, write_png_coded};
@@ -19,7 +21,12 @@ pub struct Viewer {
     pub scene: String,
     pub width: usize,
     pub height: usize,
+    /// Which picture of a sequence is shown, after a comma.
+    pub moment: String,
     pub frames: Vec<Frame>,
+    /// Kept frames of a sequence.
+    pub shots: Option<Shots>,
+    pub previews: Vec<Previews>,
     /// The error that the brightest colour of the error maps stands for.
     pub error_end: String,
 }
@@ -38,16 +45,51 @@ pub struct Frame {
 /// Writes the images of a scene's viewer; `None` when there are none.
 pub fn write(
     data: &Data,
-    scene: &SceneOf,
-    pictures: &[Option<Pictures>],
+    (scene, pictures): (&SceneOf, &[Option<Pictures>]),
+    notes: &mut Vec<String>,
 ) -> io::Result<Option<Viewer>> {
     let there: Vec<&Pictures> = pictures.iter().flatten().collect();
     let Some(first) = there.first() else {
         return Ok(None);
     };
-    let size = (first.beauty.width, first.beauty.height);
     let errors: Vec<Option<Plane>> = there.iter().map(|p| p.error()).collect();
     let end = bright_end(&errors.iter().flatten().collect::<Vec<_>>());
+    let frames = stills(data, (scene, &there), (&errors, end))?;
+    let mut viewer = Viewer {
+        scene: scene.title(),
+        width: first.beauty.width,
+        height: first.beauty.height,
+        moment: moment_of(data, scene),
+        shots: None,
+        previews: Vec::new(),
+        error_end: number::lone(f64::from(end)),
+        frames,
+    };
+    let sequence = data.sequence(scene, &data.points()[0]);
+    if let Some(sequence) = sequence.filter(|sequence| sequence.images() > 1) {
+        let shots = Frames {
+            data,
+            scene,
+            sequence,
+            pictures: &there,
+            with_reference: viewer.frames.len() > there.len(),
+            error_end: end,
+        };
+        viewer.previews = shots.previews();
+        viewer.shots = shots.write(notes)?;
+    }
+    Ok(Some(viewer))
+}
+
+/// The pictures that jobs leave in any case: of the reference, if it is there, and of each method.
+fn stills(
+    data: &Data,
+    (scene, there): (&SceneOf, &[&Pictures]),
+    (errors, end): (&[Option<Plane>], f32),
+) -> io::Result<Vec<Frame>> {
+    let (size, exposure) = there.first().map_or(((0, 0), 0.0), |first| {
+        ((first.beauty.width, first.beauty.height), first.exposure)
+    });
     let put = |name: String, image: &Image| -> io::Result<String> {
         let file = format!(
             "figures/viewer/{}.png",
@@ -65,13 +107,13 @@ pub fn write(
     if let Some(reference) = there.iter().find_map(|p| p.reference.as_ref()) {
         frames.push(Frame {
             label: "reference".into(),
-            image: put("_reference".into(), &to_display(reference, first.exposure))?,
+            image: put("_reference".into(), &to_display(reference, exposure))?,
             flip: None,
             error: None,
             values: String::new(),
         });
     }
-    for (pictures, error) in there.iter().zip(&errors) {
+    for (pictures, error) in there.iter().zip(errors) {
         let label = &pictures.row.label;
         let map = |plane: &Plane, end: f32| painted(plane, end, size);
         let flip = pictures
@@ -102,11 +144,5 @@ pub fn write(
             ),
         });
     }
-    Ok(Some(Viewer {
-        scene: scene.title(),
-        width: size.0,
-        height: size.1,
-        frames,
-        error_end: number::lone(f64::from(end)),
-    }))
+    Ok(frames)
 }

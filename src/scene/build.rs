@@ -428,6 +428,12 @@ fn load_shapes(
     normals: bool,
     report: &mut BuildReport,
 ) -> Result<Vec<Option<WorldShape>>, SceneError> {
+    // Held until all shapes are read, so that a file of many shapes is read once.
+    let _held: Vec<_> = description
+        .shapes
+        .iter()
+        .filter_map(|shape| shape.source.held())
+        .collect();
     let loaded: Vec<_> = description
         .shapes
         .par_iter()

@@ -7,7 +7,7 @@ use glam::{DMat4, DVec3};
 
 use super::motion::MotionDescription;
 use super::path::CameraPath;
-use super::{Material, View, Wrap};
+use super::{GltfFile, Material, View, Wrap};
 use crate::environment::EnvironmentDescription;
 
 /// A parsed scene. Lengths are in scene units, right-handed, y up; colours are linear Rec.709.
@@ -105,6 +105,13 @@ pub enum ShapeSource {
         path: PathBuf,
         index: usize,
     },
+    /// One primitive of a mesh of a glTF file, with one of its sets of texture coordinates.
+    Gltf {
+        file: GltfFile,
+        mesh: usize,
+        primitive: usize,
+        uv_set: u32,
+    },
     /// `[-1,1]²` in the xy plane, normal +z.
     Rectangle,
     /// `[-1,1]³`.
@@ -132,22 +139,52 @@ pub enum ShapeSource {
 }
 
 /// A texture and how it is read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TextureDescription {
     pub source: TextureSource,
     /// Whether the stored values are sRGB-coded (8-bit colour) or linear (raw data, HDR).
     pub srgb: bool,
     pub nearest: bool,
     pub wrap: Wrap,
-    /// `uv * scale + offset` is looked up.
+    /// `uv * scale`, turned, `+ offset` is looked up.
     pub uv_scale: [f32; 2],
+    /// From u to v, radians.
+    pub uv_turn_rad: f32,
     pub uv_offset: [f32; 2],
+    /// On the colours looked up.
+    pub factor: [f32; 3],
+    /// Gives the alpha channel (1 where the file has none) instead of the colours.
+    pub alpha: Option<Alpha>,
+}
+
+/// What is made of an alpha channel.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Alpha {
+    pub factor: f32,
+    /// At least this much is 1, less is 0; without a cutoff alpha stays as it is.
+    pub cutoff: Option<f32>,
+}
+
+impl Alpha {
+    /// Opacity of a value of the channel.
+    pub fn of(&self, value: f32) -> f32 {
+        let alpha = value * self.factor;
+        match self.cutoff {
+            Some(cutoff) => f32::from(u8::from(alpha >= cutoff)),
+            None => alpha,
+        }
+    }
 }
 
 /// Where texels come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TextureSource {
     File(PathBuf),
+    /// An image inside a glTF file: in a buffer or a data URI.
+    Gltf {
+        file: GltfFile,
+        image: usize,
+    },
     /// Two colours (linear) in a 2×2 pattern over the unit square; the first one is at the top left.
     Checkerboard([[f32; 3]; 2]),
 }
@@ -163,7 +200,10 @@ impl TextureDescription {
             nearest: false,
             wrap: Wrap::Repeat,
             uv_scale: [1.0; 2],
+            uv_turn_rad: 0.0,
             uv_offset: [0.0; 2],
+            factor: [1.0; 3],
+            alpha: None,
         }
     }
 
@@ -171,6 +211,7 @@ impl TextureDescription {
     pub fn path(&self) -> Option<&std::path::Path> {
         match &self.source {
             TextureSource::File(path) => Some(path),
+            TextureSource::Gltf { file, .. } => Some(file.path()),
             TextureSource::Checkerboard(_) => None,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::gltf::load_gltf;
 use super::load_toml::{load_toml, parse_toml};
 use super::mitsuba::load_mitsuba;
 use super::text::nearest;
@@ -36,12 +37,16 @@ const SHIPPED: &[(&str, &str)] = shipped![
 const PATH_VARIABLE: &str = "LIGHTBENCH_SCENES";
 
 /// Files that make a folder a scene, in order of preference.
-const SCENE_FILES: [&str; 2] = ["scene.toml", "scene.xml"];
+const SCENE_FILES: [&str; 4] = ["scene.toml", "scene.xml", "scene.gltf", "scene.glb"];
+
+/// Endings of scene files.
+const ENDINGS: [&str; 4] = ["toml", "xml", "gltf", "glb"];
 
 /// Loads the description of a scene.
 ///
-/// `name` is, in this order: a shipped scene; a folder with a `scene.toml` or `scene.xml` in one of
-/// the folders of `LIGHTBENCH_SCENES` (or a `.toml`/`.xml` file below one of them); a path to such a
+/// `name` is, in this order: a shipped scene; a folder with a `scene.toml`, `scene.xml`,
+/// `scene.gltf` or `scene.glb` in one of the folders of `LIGHTBENCH_SCENES` (or a file with one of those
+/// endings below one of them); a path to such a
 /// file or folder. A name that starts with `./` or `/` is always a path.
 pub fn find_scene(name: &str) -> Result<SceneDescription, SceneError> {
     find_scene_in(name, &search_folders())
@@ -110,14 +115,15 @@ fn scene_file(path: &Path) -> Option<PathBuf> {
 }
 
 fn is_scene_file(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "toml" || e == "xml")
+    path.extension()
+        .is_some_and(|ending| ENDINGS.iter().any(|known| ending == *known))
 }
 
 fn load_file(file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
-    if file.extension().is_some_and(|e| e == "xml") {
-        load_mitsuba(file, name)
-    } else {
-        load_toml(file, name)
+    match file.extension().and_then(|ending| ending.to_str()) {
+        Some("xml") => load_mitsuba(file, name),
+        Some("gltf" | "glb") => load_gltf(file, name),
+        _ => load_toml(file, name),
     }
 }
 

@@ -47,6 +47,12 @@ fn read(shape: &ShapeDescription) -> Result<Mesh, SceneError> {
         ShapeSource::Obj { path, part } => load_obj(path, part.as_deref())?,
         ShapeSource::Ply { path } => load_ply(path)?,
         ShapeSource::Serialized { path, index } => load_serialized(path, *index)?,
+        ShapeSource::Gltf {
+            file,
+            mesh,
+            primitive,
+            uv_set,
+        } => file.mesh([*mesh, *primitive], *uv_set)?,
         ShapeSource::Rectangle => primitive::rectangle(),
         ShapeSource::Cube => primitive::cube(),
         ShapeSource::Sphere { centre, radius } => primitive::sphere(*centre, *radius),
@@ -66,12 +72,21 @@ fn read(shape: &ShapeDescription) -> Result<Mesh, SceneError> {
 }
 
 impl ShapeSource {
+    /// What several shapes are read from, to be held while they are.
+    pub(super) fn held(&self) -> Option<std::sync::Arc<super::gltf::Buffers>> {
+        match self {
+            ShapeSource::Gltf { file, .. } => file.buffers().ok(),
+            _ => None,
+        }
+    }
+
     /// The file it is read from, if any.
     pub fn path(&self) -> Option<&std::path::Path> {
         match self {
             ShapeSource::Obj { path, .. }
             | ShapeSource::Ply { path }
             | ShapeSource::Serialized { path, .. } => Some(path),
+            ShapeSource::Gltf { file, .. } => Some(file.path()),
             _ => None,
         }
     }

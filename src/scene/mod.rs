@@ -1,6 +1,6 @@
 //! Scenes: what they declare ([`SceneDescription`]) and what a technique gets ([`Scene`]).
 //!
-//! A loader (`scene.toml`, Mitsuba XML) only fills a description: no mesh or texture is opened for
+//! A loader (`scene.toml`, Mitsuba XML, glTF) only fills a description: no mesh or texture is kept for
 //! it. [`Scene::build`] then reads what the technique [`Needs`], moves everything to world space
 //! around the centre of the bounding box (in f64), and repairs or refuses what is broken.
 
@@ -12,6 +12,7 @@ mod files;
 mod find;
 mod find_environment;
 mod geometry;
+mod gltf;
 mod light;
 mod load_toml;
 mod material;
@@ -35,12 +36,13 @@ mod view;
 pub use build::{ASSUMED_DIAGONAL_M, BuildReport, CategoryBytes, Scene, Shape};
 pub use check::{CheckedPath, CheckedView, SceneCheck, check_scene};
 pub use description::{
-    LightDescription, LightKind, SceneDescription, ShapeDescription, ShapeSource,
+    Alpha, LightDescription, LightKind, SceneDescription, ShapeDescription, ShapeSource,
     TextureDescription, TextureSource,
 };
 pub use error::SceneError;
 pub use find::{find_scene, find_scene_in, shipped_scenes};
 pub use find_environment::{find_environment, find_environment_in};
+pub use gltf::GltfFile;
 pub use light::{Cone, PointLight};
 pub use material::{Bsdf, ColourSource, Material, MicrofacetDistribution};
 pub use mesh::Mesh;

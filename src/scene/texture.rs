@@ -1,12 +1,13 @@
 //! Bitmap textures.
 
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 use std::sync::OnceLock;
 
 use glam::Vec2;
 
 use super::text::file_error;
-use super::{SceneError, TextureDescription, TextureSource};
+use super::{Alpha, SceneError, TextureDescription, TextureSource};
 use crate::image::srgb_decode;
 
 /// What lies outside the unit square.
@@ -31,7 +32,10 @@ pub struct Texture {
     nearest: bool,
     wrap: Wrap,
     uv_scale: Vec2,
+    uv_turn: Vec2,
     uv_offset: Vec2,
+    factor: [f32; 3],
+    alpha: Option<Alpha>,
 }
 
 /// Texels as compactly as the file allows.
@@ -61,7 +65,10 @@ impl Texture {
             nearest: true,
             wrap: Wrap::Repeat,
             uv_scale: Vec2::ONE,
+            uv_turn: Vec2::X,
             uv_offset: Vec2::ZERO,
+            factor: [1.0; 3],
+            alpha: None,
         }
     }
 
@@ -69,7 +76,11 @@ impl Texture {
     /// Fails on files that are absent or damaged.
     pub fn load(description: &TextureDescription) -> Result<Self, SceneError> {
         let (width, height, texels) = match &description.source {
-            TextureSource::File(path) => load_texels(path, description.srgb)?,
+            TextureSource::File(path) => load_texels(path, description)?,
+            TextureSource::Gltf { file, image } => {
+                let bytes = Cursor::new(file.image_bytes(*image)?);
+                decode_texels(bytes, file.path(), description)?
+            }
             TextureSource::Checkerboard([a, b]) => (2, 2, Texels::Float(vec![*a, *b, *b, *a])),
         };
         Ok(Self {
@@ -79,14 +90,25 @@ impl Texture {
             nearest: description.nearest,
             wrap: description.wrap,
             uv_scale: Vec2::from(description.uv_scale),
+            uv_turn: Vec2::from_angle(description.uv_turn_rad),
             uv_offset: Vec2::from(description.uv_offset),
+            factor: description.factor,
+            alpha: description.alpha,
         })
     }
 
-    /// Linear RGB at texture coordinates; (0, 0) is the bottom left corner of the image. Non-finite
-    /// coordinates give some texel.
+    /// Linear RGB at texture coordinates, times the factor, or the alpha three times; (0, 0) is the bottom
+    /// left corner of the image. Non-finite coordinates give some texel.
     pub fn lookup(&self, uv: Vec2) -> [f32; 3] {
-        let uv = uv * self.uv_scale + self.uv_offset;
+        let texel = self.filtered(uv);
+        match &self.alpha {
+            Some(alpha) => texel.map(|value| alpha.of(value)),
+            None => std::array::from_fn(|c| texel[c] * self.factor[c]),
+        }
+    }
+
+    fn filtered(&self, uv: Vec2) -> [f32; 3] {
+        let uv = self.uv_turn.rotate(uv * self.uv_scale) + self.uv_offset;
         let x = uv.x * self.width as f32;
         let y = (1.0 - uv.y) * self.height as f32;
         if self.nearest {
@@ -148,22 +170,40 @@ fn srgb_table() -> &'static [f32; 256] {
     TABLE.get_or_init(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)))
 }
 
-fn load_texels(path: &Path, srgb: bool) -> Result<(usize, usize, Texels), SceneError> {
+fn load_texels(
+    path: &Path,
+    description: &TextureDescription,
+) -> Result<(usize, usize, Texels), SceneError> {
     if path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
     {
         return load_exr(path);
     }
+    let file = std::fs::File::open(path).map_err(|e| file_error(path, e.to_string()))?;
+    decode_texels(BufReader::new(file), path, description)
+}
+
+/// Decodes an image file; messages name `path`.
+fn decode_texels(
+    bytes: impl BufRead + Seek,
+    path: &Path,
+    description: &TextureDescription,
+) -> Result<(usize, usize, Texels), SceneError> {
+    let srgb = description.srgb;
     let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
-    let image = image::ImageReader::open(path)
-        .and_then(|reader| reader.with_guessed_format())
+    let image = image::ImageReader::new(bytes)
+        .with_guessed_format()
         .map_err(|e| fail(&e))?
         .decode()
         .map_err(|e| fail(&e))?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     if width == 0 || height == 0 {
         return Err(fail(&"the image is empty"));
+    }
+    if description.alpha.is_some() {
+        let alphas = image.to_rgba8().pixels().map(|p| [p.0[3]; 3]).collect();
+        return Ok((width, height, Texels::Linear8(alphas)));
     }
     use image::ColorType::{L8, La8, Rgb8, Rgba8};
     let texels = if matches!(image.color(), L8 | La8 | Rgb8 | Rgba8) {
@@ -197,6 +237,12 @@ fn load_exr(path: &Path) -> Result<(usize, usize, Texels), SceneError> {
 
 /// Bytes that a texture would take, from the header of its file; `None` when it cannot be read.
 pub(super) fn estimated_bytes(description: &TextureDescription) -> Option<usize> {
+    if let TextureSource::Gltf { file, image } = &description.source {
+        let bytes = Cursor::new(file.image_bytes(*image).ok()?);
+        let reader = image::ImageReader::new(bytes).with_guessed_format().ok()?;
+        let (width, height) = reader.into_dimensions().ok()?;
+        return Some(width as usize * height as usize * 3);
+    }
     let path = description.path()?;
     let (width, height) = image::image_dimensions(path).ok()?;
     let hdr = path
@@ -216,8 +262,7 @@ mod tests {
             texels: Texels::Float(vec![[1.0; 3], [2.0; 3], [3.0; 3], [4.0; 3]]),
             nearest,
             wrap,
-            uv_scale: Vec2::ONE,
-            uv_offset: Vec2::ZERO,
+            ..Texture::default()
         }
     }
 

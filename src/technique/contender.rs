@@ -65,7 +65,7 @@ pub trait Contender: Send {
 /// What a contender is granted for a job.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terms {
-    /// What the contenders of the technique share, in its unit: records, or shadow rays per shading point.
+    /// What the contenders of the technique share, in its counted unit.
     pub budget: usize,
     pub seed: u64,
 }

@@ -19,6 +19,7 @@ mod running_mean;
 mod shot;
 mod stages;
 pub mod truth;
+mod unit;
 
 pub use cached::{CachedFunction, CachedTechnique, Lookup};
 pub use contender::{
@@ -29,6 +30,7 @@ pub use distribution::Distribution;
 pub use passes::Passes;
 pub use shot::{Film, Missed, Seen, Shot, Site, shading_points};
 pub use stages::{Clock, Seconds, Stage, Stages};
+pub use unit::{CACHES, Casts, LIGHTS, SAMPLES, SECONDS, UNITS, Unit};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -44,8 +46,8 @@ pub struct TechniqueEntry {
     pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
     /// Every contender it takes, by canonical id; none for a truth, whose only method is `reference`.
     pub contenders: fn() -> Vec<Listed>,
-    /// What they share.
-    pub unit: Unit,
+    /// What they can share an amount of, the one that single images get first.
+    pub units: &'static [&'static Unit],
     /// The full method of its paper.
     pub default_method: &'static str,
     /// Parameters that the reference does not depend on.
@@ -62,28 +64,6 @@ impl TechniqueEntry {
     /// Whether there is anything to compare.
     pub fn has_contenders(&self) -> bool {
         !(self.contenders)().is_empty()
-    }
-}
-
-/// What the contenders of a technique share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// Records.
-    Caches,
-    /// Shadow rays per shading point.
-    Lights,
-    /// Paths through each pixel of a frame.
-    Samples,
-}
-
-impl Unit {
-    /// Its key in configs and rows.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Caches => "caches",
-            Self::Lights => "lights",
-            Self::Samples => "samples",
-        }
     }
 }
 
@@ -137,8 +117,13 @@ pub trait Technique: Send + Sync {
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError>;
 
-    /// The factor on radiance that gives images a comparable exposure, decided once for a sequence, by its
-    /// first shot, and charged to nobody.
+    /// Whether [`Technique::exposure`] depends on the first shot.
+    fn decides_exposure(&self) -> bool {
+        false
+    }
+
+    /// The factor on radiance that gives images a comparable exposure, decided once for each viewer of a sequence, by
+    /// its first shot, and charged to nobody.
     fn exposure(&self, _first: &Shot) -> f32 {
         1.0
     }

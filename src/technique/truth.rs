@@ -2,7 +2,7 @@
 //! paths.
 
 use super::{
-    ContenderEntry, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms, Unit,
+    ContenderEntry, SAMPLES, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
     each_pixel, path_samples, running_mean,
 };
 use crate::entry::{About, Bias, ParameterError, parameters};
@@ -34,7 +34,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(Truth::new(table, None)?)),
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
-    unit: Unit::Samples,
+    units: &[&SAMPLES],
     default_method: "reference",
     of_contenders: &[],
 };
@@ -54,7 +54,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
     contenders: Vec::new,
-    unit: Unit::Samples,
+    units: &[&SAMPLES],
     default_method: "reference",
     of_contenders: &[],
 };

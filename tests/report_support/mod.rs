@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use lightbench::experiment::{Budget, Config, Job, Plan, Row, Sequence, Store};
 use lightbench::image::{Attributes, Image, Layer, Plane, write_exr};
+use lightbench::technique::CACHES;
 
 /// A results folder in the making.
 pub struct Folder {
@@ -12,6 +13,8 @@ pub struct Folder {
     config: Config,
     plan: Plan,
     rows: Vec<(Row, Option<Vec<Layer>>)>,
+    /// Of the jobs that follow; a still unless it is set.
+    pub sequence: Option<Sequence>,
 }
 
 /// Which job of an experiment.
@@ -45,6 +48,7 @@ impl Folder {
             },
             config,
             rows: Vec::new(),
+            sequence: None,
         }
     }
 
@@ -68,7 +72,10 @@ impl Folder {
             asked: which.scene.into(),
             paper: Some(which.scene.to_uppercase()),
             view: which.view.into(),
-            sequence: Sequence::still(which.view),
+            sequence: self
+                .sequence
+                .clone()
+                .unwrap_or_else(|| Sequence::still(which.view)),
             additions: None,
             shown: which.scene.into(),
             moves: false,
@@ -79,7 +86,10 @@ impl Folder {
             label: which.label.into(),
             method_parameters: toml::Table::new(),
             environment: None,
-            budget: Budget::Caches(which.caches.unwrap_or(7500) as u64),
+            budget: Budget {
+                unit: &CACHES,
+                amount: which.caches.unwrap_or(7500) as f64,
+            },
             seed: which.seed,
             width: 320,
             height: 180,

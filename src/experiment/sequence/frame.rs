@@ -269,7 +269,7 @@ pub fn frames_csv(frames: &[FrameRecord]) -> io::Result<String> {
 }
 
 /// Names and values of a line, in order.
-fn line(frame: &FrameRecord, stages: &[&str]) -> Map<String, Value> {
+pub(super) fn line(frame: &FrameRecord, stages: &[&str]) -> Map<String, Value> {
     let metrics = frame.metrics;
     let metric = |of: fn(&Metrics) -> f64| metrics.as_ref().map(of);
     let seconds = |of: fn(&StageRecord) -> f64| frame.stages.iter().map(of).sum::<f64>();

@@ -2,6 +2,7 @@
 
 mod animation;
 mod checkpoint;
+mod columns;
 mod frame;
 mod spec;
 
@@ -10,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 pub use animation::{Animation, Thumbnail};
 pub use checkpoint::Checkpoint;
+pub use columns::{frame_column, frame_columns, is_frame_column};
 pub use frame::{FrameRecord, Metrics, frames_csv};
-pub use spec::{Frames, Keep, KeepWord, SequenceSpec, ViewerRule, ViewersSpec};
+pub use spec::{Frames, Keep, KeepWord, SequenceSpec, ViewerRule, ViewersSpec, spread};
 
 use crate::scene::{SceneDescription, View};
 
@@ -109,6 +111,36 @@ impl Sequence {
             1..=3 => names.join(" + "),
             count => format!("{} + {} more", names[0], count - 1),
         }
+    }
+
+    /// A name for each viewer, for people.
+    pub fn viewer_names(&self) -> Vec<String> {
+        let paired = |name: &str| {
+            let mut viewers = self.viewers.iter();
+            viewers.any(|v| matches!(v, Viewer::Path { name: n, eye: 1.., .. } if n == name))
+        };
+        let viewers = self.viewers.iter();
+        viewers
+            .map(|viewer| match viewer {
+                Viewer::View(name) => name.clone(),
+                Viewer::Path {
+                    name,
+                    eye,
+                    turn_deg,
+                } => {
+                    let eye = match (paired(name), eye) {
+                        (false, _) => "",
+                        (true, 0) => ", left",
+                        (true, _) => ", right",
+                    };
+                    let turn = match *turn_deg {
+                        0.0 => String::new(),
+                        turn => format!(", turned {turn:.0}°"),
+                    };
+                    format!("{name}{eye}{turn}")
+                }
+            })
+            .collect()
     }
 
     /// The cameras at a time, in the coordinates of the scene's file. `None` where the scene has no longer what

@@ -15,8 +15,8 @@ use gather::{Gatherer, Scratch};
 use records::VisibilityRecords;
 
 use super::cached::{self, CachedTechnique};
+use super::{CACHES, Started, TechniqueEntry, Terms};
 use super::{CachedFunction, Lookup, ShadingFunction, Shot, Technique, each_pixel};
-use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::{Frame as LocalFrame, Rng, equal_area_hemisphere};
@@ -46,7 +46,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(AmbientOcclusion::new(Parameters::read(table)?))),
     contenders: cached::listed,
-    unit: Unit::Caches,
+    units: &[&CACHES],
     default_method: "VGC+DGS",
     of_contenders: &["lookup"],
 };

@@ -16,8 +16,8 @@ mod upsampling;
 use toml::Table;
 
 use super::{
-    Contender, Listed, Rendered, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
-    Unit,
+    Contender, LIGHTS, Listed, Rendered, SECONDS, ShadingFunction, Shot, Started, Technique,
+    TechniqueEntry, Terms,
 };
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::environment::{
@@ -56,7 +56,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         };
         ENVIRONMENT_SAMPLERS.iter().map(listed).collect()
     },
-    unit: Unit::Lights,
+    units: &[&LIGHTS, &SECONDS],
     default_method: "decomposition",
     of_contenders: &[],
 };
@@ -189,6 +189,10 @@ impl Technique for EnvironmentLighting {
             ..
         } = self.parameters;
         1 + 2 * u64::from(reference_samples.div_ceil(reference_passes))
+    }
+
+    fn decides_exposure(&self) -> bool {
+        self.parameters.mean_luminance > 0.0
     }
 
     fn exposure(&self, first: &Shot) -> f32 {

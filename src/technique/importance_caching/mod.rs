@@ -30,8 +30,8 @@ use self::estimator::{Heuristic, KINDS, Rule};
 use self::records::{ImportanceRecords, Settings};
 use super::cached::{self, CachedTechnique};
 use super::paths::{LayerPaths, RAYS_PER_SAMPLE, indirect};
+use super::{CACHES, Started, TechniqueEntry, Terms};
 use super::{CachedFunction, Lookup, Rendered, ShadingFunction, Shot, Technique};
-use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, ParameterError, parameters, words};
 use crate::scene::{Needs, Scene};
@@ -60,7 +60,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(ImportanceCaching::new(Parameters::read(table)?))),
     contenders: cached::listed,
-    unit: Unit::Caches,
+    units: &[&CACHES],
     default_method: "VGC+DGS",
     of_contenders: &["heuristic", "alpha", "bound_radius", "lookup"],
 };

@@ -23,10 +23,10 @@ use self::panorama::Panoramas;
 use self::records::IrradianceRecords;
 use super::cached::{self, CachedTechnique};
 use super::paths::{Layer, LayerPaths, RAYS_PER_SAMPLE, indirect};
+use super::{CACHES, Started, TechniqueEntry, Terms};
 use super::{
     CachedFunction, ContenderEntry, Lookup, Passes, Seen, ShadingFunction, Shot, Technique,
 };
-use super::{Started, TechniqueEntry, Terms, Unit};
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::image::Image;
@@ -62,7 +62,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         listed.extend(CONTENDERS.iter().map(ContenderEntry::listed));
         listed
     },
-    unit: Unit::Caches,
+    units: &[&CACHES],
     default_method: "VGC+DGS",
     of_contenders: &["lookup"],
 };

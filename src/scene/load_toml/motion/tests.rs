@@ -78,7 +78,7 @@ fn wrong_motions_have_places() {
         ("shape = \"box\"", "17:1", "needs `keys`"),
         (
             "shape = \"box\"\nkeys = [{ time = 1, scale = 1 }, { time = 1, scale = 2 }]",
-            "19:33",
+            "19:34",
             "must ascend",
         ),
         (

@@ -1,0 +1,134 @@
+//! Cameras, films and integrators.
+
+use super::*;
+
+#[test]
+fn cameras_have_x_to_the_left() {
+    // The Cornell box of the reference pictures: image right is world +x.
+    let matrix = "<float name='fov' value='39.3077'/><transform name='to_world'><matrix value='-1 0 0 0 0 1 0 0 0 0 -1 3.9 0 0 0 1'/></transform>";
+    let view = camera(matrix);
+    assert_eq!(
+        (view.right, view.up, view.forward),
+        (DVec3::X, DVec3::Y, DVec3::NEG_Z)
+    );
+    assert_eq!(view.origin, DVec3::new(0.0, 0.0, 3.9));
+    // Direction of pixel coordinates (u, v) is (-(1-2u) t, (1-2v) t, -1), normalized.
+    let t = (39.3077_f64.to_radians() * 0.5).tan();
+    let (u, v) = (0.125, 0.75);
+    let expected = DVec3::new(-(1.0 - 2.0 * u) * t, (1.0 - 2.0 * v) * t, -1.0).normalize();
+    let direction = view.direction(u * 256.0, v * 256.0, [256, 256]).as_dvec3();
+    assert!(direction.distance(expected) < 1e-6);
+}
+
+#[test]
+fn look_at_agrees_with_the_house_camera_and_mirrors_mirror() {
+    let look = "<lookat origin='1, 2 3' target='0 0.5 0' up='0 1 0'/>";
+    let fov = "<float name='fov' value='30'/>";
+    let view = camera(&format!(
+        "{fov}<transform name='to_world'>{look}</transform>"
+    ));
+    let points = [
+        DVec3::new(1.0, 2.0, 3.0),
+        DVec3::new(0.0, 0.5, 0.0),
+        DVec3::Y,
+    ];
+    let house = View::look_at("main", points, 30.0, [768, 576]);
+    assert!(view.right.distance(house.right) < 1e-12);
+    assert!(view.up.distance(house.up) < 1e-12);
+    assert!(view.forward.distance(house.forward) < 1e-12);
+    let mirrored = camera(&format!(
+        "{fov}<transform name='toWorld'><scale x='-1'/>{look}</transform>"
+    ));
+    assert!(
+        mirrored.right.distance(-house.right) < 1e-12,
+        "a left-handed image"
+    );
+    assert!(mirrored.up.distance(house.up) < 1e-12);
+    let scaled = camera(&format!(
+        "{fov}<transform name='to_world'><scale value='7'/>{look}</transform>"
+    ));
+    assert!(
+        scaled.right.distance(house.right) < 1e-12,
+        "scale does not matter"
+    );
+}
+
+#[test]
+fn fields_of_view() {
+    let axis = |xml: &str| {
+        let view = camera(xml);
+        (view.fov_deg, view.fov_axis)
+    };
+    assert_eq!(axis("<float name='fov' value='30'/>"), (30.0, FovAxis::X));
+    for (word, expected) in [
+        ("y", FovAxis::Y),
+        ("smaller", FovAxis::Smaller),
+        ("larger", FovAxis::Larger),
+        ("diagonal", FovAxis::Diagonal),
+    ] {
+        for name in ["fovAxis", "fov_axis"] {
+            let xml =
+                format!("<float name='fov' value='30'/><string name='{name}' value='{word}'/>");
+            assert_eq!(axis(&xml).1, expected);
+        }
+    }
+    let (fov, diagonal) = axis("<string name='focal_length' value='50mm'/>");
+    assert!((fov - 46.79).abs() < 0.01 && diagonal == FovAxis::Diagonal);
+    let message = error("<sensor type='perspective'><float name='fov' value='200'/></sensor>");
+    assert!(message.contains("not between 0 and 180"), "{message}");
+}
+
+#[test]
+fn films_give_the_size_and_integrators_the_depth() {
+    let film = "<float name='fov' value='30'/><film type='hdrfilm'><integer name='width' value='64'/><integer name='height' value='32'/></film>";
+    assert_eq!((camera(film).width, camera(film).height), (64, 32));
+    let depth = |xml: &str| load("3.0.0", xml).max_depth;
+    assert_eq!(
+        depth("<integrator type='path'><integer name='maxDepth' value='7'/></integrator>"),
+        7
+    );
+    assert_eq!(
+        depth("<integrator type='path'><integer name='max_depth' value='-1'/></integrator>"),
+        65
+    );
+    assert_eq!(depth("<integrator type='direct'/>"), 2);
+    assert_eq!(
+        depth(
+            "<integrator type='aov'><integrator type='path'><integer name='max_depth' value='4'/></integrator></integrator>"
+        ),
+        4
+    );
+    let scene = load(
+        "0.6.0",
+        "<default name='d' value='5'/><integrator type='path'><integer name='maxDepth' value='$d'/></integrator>",
+    );
+    assert_eq!(scene.max_depth, 5);
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+}
+
+#[test]
+fn integrators_and_filters_that_differ_are_noted() {
+    let notes = |xml: &str| load("3.0.0", xml).notes;
+    assert!(notes("<integrator type='volpath'><integer name='max_depth' value='3'/><integer name='rr_depth' value='5'/></integrator>").is_empty());
+    assert_eq!(
+        notes(
+            "<integrator type='bdpt'><integer name='max_depth' value='3'/><boolean name='hide_emitters' value='true'/></integrator>"
+        ),
+        [
+            "hide_emitters is ignored: lights are seen directly",
+            "integrator `bdpt` becomes the path tracer"
+        ]
+    );
+    let film = |inner: &str| {
+        let sensor = format!(
+            "<sensor type='perspective'><float name='fov' value='30'/><film type='hdrfilm'>{inner}</film></sensor>"
+        );
+        try_load("3.0.0", &sensor)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .notes
+    };
+    assert!(film("<rfilter type='box'/>").is_empty());
+    assert_eq!(film("<rfilter type='tent'/>").len(), 1);
+    assert_eq!(film("").len(), 1);
+    assert_eq!(film("<rfilter type='box'/><integer name='crop_width' value='3'/><integer name='cropHeight' value='3'/>").len(), 1);
+}

@@ -1,0 +1,49 @@
+//! Emitters.
+
+use super::*;
+
+#[test]
+fn emitters() {
+    let scene = load(
+        "0.5.0",
+        "<shape type='cube'><emitter type='area'><rgb name='radiance' value='1 2 3'/></emitter></shape>
+         <emitter type='directional'><vector name='direction' x='0' y='-2' z='0'/><rgb name='irradiance' value='4'/></emitter>
+         <emitter type='sunsky'><vector name='sunDirection' x='0.88698' y='0.288862' z='0.360313'/><float name='turbidity' value='2'/><float name='skyScale' value='30'/><float name='sunScale' value='10'/></emitter>",
+    );
+    assert_eq!(scene.shapes[0].emission, Some([1.0, 2.0, 3.0]));
+    let LightKind::Directional {
+        direction,
+        irradiance,
+    } = &scene.lights[0].kind
+    else {
+        panic!("no parallel light");
+    };
+    assert_eq!((*direction, *irradiance), (DVec3::NEG_Y, [4.0; 3]));
+    let Some(EnvironmentDescription::SunSky {
+        sun: true,
+        sky: true,
+        scale,
+        turbidity,
+        ..
+    }) = scene.environment
+    else {
+        panic!("no sky");
+    };
+    assert_eq!((scale, turbidity), (30.0, 2.0));
+    assert_eq!(scene.notes, ["sun_scale 10 becomes the sky_scale 30"]);
+    let scene = load(
+        "3.0.0",
+        "<emitter type='envmap'><string name='filename' value='e.exr'/><float name='scale' value='2'/><transform name='to_world'><rotate y='1' angle='90'/></transform></emitter>",
+    );
+    let Some(EnvironmentDescription::Map {
+        path,
+        scale,
+        to_world,
+        rows: EnvironmentRows::PoleCentred,
+    }) = scene.environment
+    else {
+        panic!("no map");
+    };
+    assert_eq!((path.as_path(), scale), (Path::new("dir/e.exr"), 2.0));
+    assert!(to_world.transform_vector3(DVec3::Z).distance(DVec3::X) < 1e-12);
+}

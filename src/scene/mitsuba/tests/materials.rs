@@ -1,0 +1,208 @@
+//! Materials and textures.
+
+use super::*;
+
+#[test]
+fn wrappers_and_references() {
+    let (m, notes) = material(
+        "0.5.0",
+        "<bsdf type='mask'><rgb name='opacity' value='0.25'/><bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0.1 0.2 0.3'/></bsdf></bsdf></bsdf>",
+    );
+    assert_eq!(m.opacity, Some(ColourSource::Constant([0.25; 3])));
+    assert!(m.two_sided && notes.is_empty());
+    let (m, _) = material(
+        "0.5.0",
+        "<bsdf type='bumpmap'><texture type='scale'><float name='scale' value='3'/><texture type='bitmap'><string name='filename' value='b.png'/></texture></texture><bsdf type='diffuse'/></bsdf>",
+    );
+    assert_eq!(m.bump, Some((0, 3.0)));
+    assert!(!m.two_sided);
+    // The id of the inner material names the inner material: no bump, and a note about the rest.
+    let scene = load(
+        "0.5.0",
+        "<bsdf type='bumpmap'><texture name='map' type='bitmap'><string name='filename' value='b.png'/></texture><bsdf type='twosided' id='in'><bsdf type='diffuse'/></bsdf></bsdf><shape type='cube'><ref id='in'/></shape><shape type='disk'><ref id='in'/></shape>",
+    );
+    assert_eq!(scene.shapes[0].material, scene.shapes[1].material);
+    let m = &scene.materials[scene.shapes[0].material];
+    assert_eq!((m.name.as_str(), m.bump, m.two_sided), ("in", None, true));
+    assert_eq!(
+        scene.notes,
+        ["bsdf `bumpmap` that nothing refers to is left out"]
+    );
+}
+
+#[test]
+fn materials_of_every_kind() {
+    let (m, _) = material(
+        "3.0.0",
+        "<bsdf type='roughplastic'><float name='alpha' value='0.2'/><string name='distribution' value='ggx'/><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/></bsdf>",
+    );
+    assert_eq!(
+        m.bsdf,
+        Bsdf::Plastic {
+            diffuse: ColourSource::Constant([0.5; 3]),
+            specular: [1.0; 3],
+            ior: 1.5,
+            alpha: 0.2,
+            distribution: MicrofacetDistribution::Ggx,
+            nonlinear: true
+        }
+    );
+    let (m, _) = material(
+        "0.5.0",
+        "<bsdf type='dielectric'><string name='intIOR' value='water'/><float name='extIOR' value='1'/></bsdf>",
+    );
+    assert!(matches!(m.bsdf, Bsdf::Dielectric { ior, thin: false, .. } if ior == 1.333));
+    let (m, _) = material("0.5.0", "<bsdf type='thindielectric'/>");
+    assert!(matches!(m.bsdf, Bsdf::Dielectric { thin: true, .. }));
+    let conductor = |version, xml: &str| match material(version, xml).0.bsdf {
+        Bsdf::Conductor { eta, k, alpha, .. } => (eta, k, alpha),
+        other => panic!("{other:?}"),
+    };
+    let (eta, k, alpha) = conductor(
+        "0.5.0",
+        "<bsdf type='conductor'><string name='material' value='none'/></bsdf>",
+    );
+    assert_eq!((eta, k, alpha), ([0.0; 3], [0.0; 3], 0.0));
+    let (eta, ..) = conductor("0.5.0", "<bsdf type='conductor'/>");
+    assert_eq!(
+        eta,
+        [0.200438, 0.924033, 1.10221],
+        "copper in the old versions"
+    );
+    let (eta, ..) = conductor("3.0.0", "<bsdf type='conductor'/>");
+    assert_eq!(eta, [0.0; 3], "a mirror in the new ones");
+    let (.., alpha) = conductor(
+        "3.0.0",
+        "<bsdf type='roughconductor'><string name='material' value='Au'/><float name='alpha_u' value='0.1'/><float name='alpha_v' value='0.4'/><string name='distribution' value='ggx'/></bsdf>",
+    );
+    assert!((alpha - 0.2).abs() < 1e-6);
+    let (m, notes) = material(
+        "0.6.0",
+        "<bsdf type='phong'><rgb name='diffuseReflectance' value='0.5'/><rgb name='specularReflectance' value='0.04'/><float name='exponent' value='48'/></bsdf>",
+    );
+    assert!(
+        matches!(m.bsdf, Bsdf::Plastic { ior, alpha, .. } if (ior - 1.5).abs() < 1e-5 && (alpha - 0.2).abs() < 1e-6)
+    );
+    assert_eq!(notes.len(), 1);
+    let (m, notes) = material(
+        "3.0.0",
+        "<bsdf type='hair'><float name='x' value='1'/></bsdf>",
+    );
+    assert!(matches!(m.bsdf, Bsdf::Diffuse { .. }));
+    assert_eq!(
+        notes,
+        ["material type `hair` becomes a diffuse grey of 0.5"]
+    );
+    let (m, _) = material("3.0.0", "<bsdf type='null'/>");
+    assert_eq!(m.opacity, Some(ColourSource::Constant([0.0; 3])));
+}
+
+#[test]
+fn textures_with_their_details() {
+    let scene = load(
+        "3.0.0",
+        "<texture type='bitmap' id='t'><string name='filename' value='a.jpg'/><boolean name='raw' value='true'/><string name='filter_type' value='nearest'/><string name='wrap_mode' value='clamp'/><transform name='to_uv'><scale x='2' y='4'/><translate x='0.1' y='0.2'/></transform></texture>
+         <shape type='cube'><bsdf type='diffuse'><ref name='reflectance' id='t'/></bsdf></shape>
+         <shape type='cube'><bsdf type='diffuse'><ref name='reflectance' id='t'/></bsdf></shape>
+         <shape type='disk'><bsdf type='diffuse'><texture name='reflectance' type='checkerboard'><rgb name='color0' value='1'/><rgb name='color1' value='0'/></texture></bsdf></shape>",
+    );
+    assert_eq!(scene.textures.len(), 2, "a texture is shared");
+    let t = &scene.textures[0];
+    assert_eq!(t.path(), Some(Path::new("dir/a.jpg")));
+    assert!(!t.srgb && t.nearest && t.wrap == Wrap::Clamp);
+    assert_eq!(t.uv_scale, [2.0, 4.0]);
+    // v downwards: v' = 4v + 0.2; upwards: 1 − (4(1−v) + 0.2) = 4v − 3.2.
+    assert!((t.uv_offset[0] - 0.1).abs() < 1e-6 && (t.uv_offset[1] + 3.2).abs() < 1e-6);
+    assert_eq!(
+        scene.textures[1].source,
+        TextureSource::Checkerboard([[1.0; 3], [0.0; 3]])
+    );
+    let old = load(
+        "0.6.0",
+        "<shape type='cube'><bsdf type='diffuse'><texture name='reflectance' type='bitmap'><string name='filename' value='a.jpg'/><float name='uscale' value='3'/><float name='gamma' value='1'/><string name='filterType' value='ewa'/></texture></bsdf></shape>",
+    );
+    assert!(!old.textures[0].srgb && old.textures[0].uv_scale == [3.0, 1.0]);
+    assert_eq!(old.notes, ["texture filter `ewa` becomes bilinear"]);
+}
+
+#[test]
+fn microfacets_are_beckmann_where_nothing_is_said() {
+    use MicrofacetDistribution::{Beckmann, Ggx};
+    let facets = |version: &str, xml: &str| {
+        let (material, notes) = material(version, xml);
+        match material.bsdf {
+            Bsdf::Conductor {
+                alpha,
+                distribution,
+                ..
+            }
+            | Bsdf::Plastic {
+                alpha,
+                distribution,
+                ..
+            } => (alpha, distribution, notes.len()),
+            other => panic!("{other:?}"),
+        }
+    };
+    for version in ["0.5.0", "0.6.0", "2.0.0", "3.0.0"] {
+        for kind in ["roughplastic", "roughconductor"] {
+            let xml = |inner: &str| {
+                let none = "<string name='material' value='none'/>";
+                let none = if kind == "roughplastic" { "" } else { none };
+                format!("<bsdf type='{kind}'>{none}{inner}</bsdf>")
+            };
+            assert_eq!(facets(version, &xml("")), (0.1, Beckmann, 0));
+            let ggx = "<string name='distribution' value='GGX'/><boolean name='sampleVisible' value='false'/><float name='alpha' value='0.3'/>";
+            assert_eq!(facets(version, &xml(ggx)), (0.3, Ggx, 0));
+            let phong = "<string name='distribution' value='phong'/>";
+            assert_eq!(facets(version, &xml(phong)), (0.1, Beckmann, 1));
+            let zero = "<float name='alpha' value='0'/>";
+            assert_eq!(facets(version, &xml(zero)), (1e-4, Beckmann, 0));
+        }
+    }
+}
+
+#[test]
+fn conductors_by_their_indices_and_their_names() {
+    let conductor = |version: &str, inner: &str| {
+        let xml = format!("<bsdf type='conductor'>{inner}</bsdf>");
+        match material(version, &xml) {
+            (
+                Material {
+                    bsdf: Bsdf::Conductor { eta, k, .. },
+                    ..
+                },
+                notes,
+            ) => (eta, k, notes.len()),
+            (other, _) => panic!("{other:?}"),
+        }
+    };
+    let eta = "<rgb name='eta' value='0.2 0.9 1.1'/>";
+    let k = "<rgb name='k' value='3 2 1'/>";
+    let (given_eta, given_k) = ([0.2, 0.9, 1.1], [3.0, 2.0, 1.0]);
+    assert_eq!(
+        conductor("3.0.0", &format!("{eta}{k}")),
+        (given_eta, given_k, 0)
+    );
+    assert_eq!(conductor("3.0.0", eta), (given_eta, [1.0; 3], 0));
+    assert_eq!(conductor("0.6.0", &format!("{eta}{k}")).2, 0);
+    assert_eq!(conductor("0.6.0", "").2, 1, "copper by default is noted");
+    let named = |name: &str| {
+        conductor(
+            "3.0.0",
+            &format!("<string name='material' value='{name}'/>"),
+        )
+    };
+    for name in [
+        "a-C", "Ag", "Al", "Au", "Be", "Cr", "Cu_palik", "Hg", "Ir", "Mo", "Rh", "V", "W",
+    ] {
+        let (eta, k, notes) = named(name);
+        assert!(
+            notes == 0 && eta.iter().chain(&k).all(|v| *v > 0.0),
+            "{name}"
+        );
+    }
+    assert_eq!(named("unobtainium").2, 1);
+    let outside = format!("{eta}{k}<float name='extEta' value='2'/>");
+    assert_eq!(conductor("0.5.0", &outside).0, [0.1, 0.45, 0.55]);
+}

@@ -1,0 +1,88 @@
+//! Units of budgets: keys of configs, checks, estimates and what reports say follow from this table.
+
+use std::fmt;
+
+/// What the contenders of a technique share an amount of.
+pub struct Unit {
+    /// Its key in configs, plans and rows.
+    pub key: &'static str,
+    /// What stands after the amount.
+    pub heading: &'static str,
+    /// Whether it is seconds; otherwise whole things are counted.
+    pub is_timed: bool,
+    /// Whether a config's amount is of an image at full size, and shrinks with its pixels.
+    pub is_of_image: bool,
+    /// What a single image of so many pixels gets unless it is told.
+    pub usual: fn(pixels: f64) -> f64,
+    /// Rays that an amount takes, camera rays included.
+    pub rays: fn(amount: f64, image: &Casts) -> f64,
+}
+
+/// What an image casts rays for.
+#[derive(Clone, Copy, Debug)]
+pub struct Casts {
+    pub pixels: f64,
+    /// Camera samples of all pixels.
+    pub samples: f64,
+    /// Rays of one evaluation of the technique's function.
+    pub rays_per_evaluation: f64,
+}
+
+/// What images of a given time count as in estimates, with those that the time is found by.
+const RAYS_PER_SECOND: f64 = 2e7;
+
+/// Records.
+pub static CACHES: Unit = Unit {
+    key: "caches",
+    heading: "records",
+    is_timed: false,
+    is_of_image: true,
+    // The records per pixel of 120,000 at full HD.
+    usual: |pixels| (pixels * 120_000.0 / (1920.0 * 1080.0)).round().max(1.0),
+    rays: |amount, image| image.pixels + image.samples + amount * image.rays_per_evaluation,
+};
+
+/// Shadow rays per shading point: lights at full resolution, or samples.
+pub static LIGHTS: Unit = Unit {
+    key: "lights",
+    heading: "rays a point",
+    is_timed: false,
+    is_of_image: false,
+    usual: |_| 16.0,
+    rays: |amount, image| image.samples * (1.0 + amount),
+};
+
+/// Paths through each pixel of a frame.
+pub static SAMPLES: Unit = Unit {
+    key: "samples",
+    heading: "paths a pixel",
+    is_timed: false,
+    is_of_image: false,
+    usual: |_| 1.0,
+    rays: |amount, image| image.pixels * amount * image.rays_per_evaluation,
+};
+
+/// Seconds of an image in all; how much of the technique's first unit they pay for is found.
+pub static SECONDS: Unit = Unit {
+    key: "seconds",
+    heading: "s",
+    is_timed: true,
+    is_of_image: false,
+    usual: |_| 1.0,
+    rays: |amount, image| image.samples + amount * RAYS_PER_SECOND,
+};
+
+/// Every unit.
+pub static UNITS: [&Unit; 4] = [&CACHES, &LIGHTS, &SAMPLES, &SECONDS];
+
+impl PartialEq for Unit {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl fmt::Debug for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.key)
+    }
+}
