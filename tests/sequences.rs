@@ -68,7 +68,7 @@ keys = [{ time = 0, view = "main", move = [0, 1, 0], target = [0, 0.5, 0] }]
 "#;
 
 /// What each technique is run with, its contenders without memory.
-const TECHNIQUES: [(&str, &str); 5] = [
+const TECHNIQUES: [(&str, &str); 6] = [
     (
         "ambient-occlusion",
         "caches = 30\nparameters = { side = 8 }\n[[method]]\nid = 'SD'\n[[method]]\nid = 'VGC+DGS'\n",
@@ -84,6 +84,10 @@ const TECHNIQUES: [(&str, &str); 5] = [
     (
         "environment-lighting",
         "lights = 4\nparameters = { reference_samples = 16, reference_passes = 2 }\n[[method]]\nid = 'decomposition'\n[[method]]\nid = 'product-ratio'\n",
+    ),
+    (
+        "direct-lighting",
+        "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n",
     ),
     (
         "path-tracing",

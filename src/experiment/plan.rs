@@ -45,13 +45,16 @@ pub struct Job {
     pub paper: Option<String>,
     /// The view, or the paths that viewers follow.
     pub view: String,
-    /// What is seen over time; of a still one frame of one view.
+    /// What is seen over time; of a still one frame of one view. Older plans have stills only.
+    #[serde(default)]
     pub sequence: Sequence,
     /// What the config adds to the scene.
     #[serde(default)]
     pub additions: Option<Additions>,
     /// Key of what the scene shows, and whether that changes with time.
+    #[serde(default)]
     pub shown: String,
+    #[serde(default)]
     pub moves: bool,
     pub transform: Option<SceneTransform>,
     /// In place of what the scene declares.
