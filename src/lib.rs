@@ -2,7 +2,8 @@
 //!
 //! An experiment file names scenes, a technique, its contenders and their shared budget; lightbench
 //! renders every combination, measures error and counted cost against references, and writes the
-//! tables and figures of the papers it reproduces.
+//! tables and figures of the papers it reproduces. Every job is a sequence: a contender is given one frame after
+//! another, each as all viewers see it, and may keep what it learned; a still is one frame of one viewer.
 //!
 //! The modules import downwards only:
 //! `cli → experiment, report → technique → placement, cache, environment, shade → world → scene,

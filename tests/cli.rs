@@ -13,6 +13,8 @@ mod folders;
 mod gates;
 #[path = "cli/planning.rs"]
 mod planning;
+#[path = "cli/sequences.rs"]
+mod sequences;
 
 /// A small experiment on a scene of primitives, a second or two in a debug build.
 /// What differs from run to run: times, and memory as the allocator sees it.

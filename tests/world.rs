@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat4, DVec3, Vec3};
 use lightbench::scene::{
-    Needs, PointLight, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
+    Needs, PointLight, Scene, SceneDescription, ShapeDescription, ShapeSource, View, find_scene,
 };
 use lightbench::trace::{Hit, Kernel, Ray, RayCounter, Tracer};
 use lightbench::world::{Moment, Motion, World};
@@ -141,6 +141,57 @@ fn a_moment_is_traced_as_if_built_for_it() {
             let alike = found == expected
                 || !known && found.map(|h| h.triangle) == expected.map(|h| h.triangle);
             assert!(alike, "{found:?}, expected {expected:?}");
+        }
+    }
+}
+
+/// A sky that turns, a lamp that fades and is switched off, and what no motion names.
+#[test]
+fn light_changes_over_time_as_declared() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = place.path().join("room.toml");
+    let text = r#"
+[[view]]
+origin = [0, 0, 9]
+target = [0, 0, 0]
+fov_deg = 45
+[[shape]]
+kind = "cube"
+emission = 2
+name = "lamp"
+[[shape]]
+kind = "sphere"
+emission = 3
+centre = [4, 0, 0]
+[environment]
+kind = "sky"
+[[motion]]
+environment = true
+keys = [{ time = 0, rotate_deg = 0 }, { time = 1, rotate_deg = 90 }]
+[[motion]]
+shape = "lamp"
+keys = [{ time = 0, emission = 1, on = true }, { time = 1, emission = 3 }, { time = 2, on = false }]
+"#;
+    std::fs::write(&file, text).expect("writable");
+    let description = find_scene(&file.to_string_lossy()).expect("a scene");
+    let scene = Scene::build(&description, Needs::ALL).expect("builds");
+    let rest = scene.environment.clone().expect("a sky");
+    let mut world = World::declared(scene, &description);
+    for (time_s, emission) in [(0.5, 4.0), (1.5, 6.0), (2.0, 0.0), (0.0, 2.0)] {
+        let scene = world.at(time_s).scene;
+        assert_eq!(scene.shapes[0].emission, Some([emission; 3]), "{time_s}");
+        assert_eq!(scene.shapes[1].emission, Some([3.0; 3]));
+        let angle = 90.0_f32.to_radians() * time_s.min(1.0) as f32;
+        let turn = glam::Quat::from_rotation_y(angle);
+        let now = scene.environment.as_ref().expect("a sky");
+        for direction in [Vec3::X, Vec3::new(0.6, 0.64, 0.48), -Vec3::Z] {
+            let found = Vec3::from(now.radiance(turn * direction));
+            let expected = Vec3::from(rest.radiance(direction));
+            let error = (found - expected).length();
+            assert!(
+                error < 1e-3 * expected.length(),
+                "{time_s}: {found} {expected}"
+            );
         }
     }
 }

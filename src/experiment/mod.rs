@@ -8,6 +8,8 @@ mod check;
 mod claim;
 mod columns;
 mod config;
+#[cfg(test)]
+mod config_page;
 mod equal_time;
 mod expression;
 mod identity;

@@ -45,13 +45,16 @@ pub struct Job {
     pub paper: Option<String>,
     /// The view, or the paths that viewers follow.
     pub view: String,
-    /// What is seen over time; of a still one frame of one view.
+    /// What is seen over time; of a still one frame of one view. Older plans have stills only.
+    #[serde(default)]
     pub sequence: Sequence,
     /// What the config adds to the scene.
     #[serde(default)]
     pub additions: Option<Additions>,
     /// Key of what the scene shows, and whether that changes with time.
+    #[serde(default)]
     pub shown: String,
+    #[serde(default)]
     pub moves: bool,
     pub transform: Option<SceneTransform>,
     /// In place of what the scene declares.
@@ -139,6 +142,8 @@ impl Job {
 /// Plans one config under overrides. With several values anywhere, every combination is planned.
 pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), ConfigError> {
     let written: Config = source.parse()?;
+    let changed = overrides.iter().map(|o| &o.key);
+    Additions::refuse_overrides(changed.chain(written.sweep.keys()))?;
     let single: Vec<(String, Value)> = overrides
         .iter()
         .filter(|o| o.values.len() == 1)
@@ -156,7 +161,6 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     for key in single.iter().map(|(k, _)| k) {
         axes.remove(key);
     }
-    Additions::refuse_overrides(single.iter().map(|(key, _)| key).chain(axes.keys()))?;
     let mut plan = Plan {
         name: base.name.clone(),
         title: base.title.clone(),

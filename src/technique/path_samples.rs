@@ -1,11 +1,11 @@
-//! The contender `paths` of path tracing: a number of paths through each pixel of a frame, without memory.
+//! The contender `paths` of path tracing and direct lighting: a number of paths through each pixel of a frame, without memory.
 
 use super::truth::{TracedPaths, Truth};
 use super::{Contender, ContenderEntry, Passes, Rendered, Shot, Terms};
 use crate::entry::{About, Bias, check_keys};
 use crate::trace::RayCounter;
 
-/// Entry in the list of path tracing's contenders.
+/// Entry in the list of their contenders.
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "paths",

@@ -1,4 +1,4 @@
-//! The contender `running-mean` of path tracing: the paths of a frame, averaged with what the frames before
+//! The contender `running-mean` of path tracing and direct lighting: the paths of a frame, averaged with what the frames before
 //! showed of the same surface points.
 //!
 //! The surface at the centre of each pixel is looked up in the frame before: its point then is projected with the camera
@@ -18,7 +18,7 @@ use crate::image::Image;
 use crate::scene::View;
 use crate::trace::RayCounter;
 
-/// Entry in the list of path tracing's contenders.
+/// Entry in the list of their contenders.
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "running-mean",

@@ -1,5 +1,4 @@
-//! The truths: direct lighting, whose only method is the reference, and path tracing, whose contenders trace fewer
-//! paths.
+//! The truths, direct lighting and path tracing, whose contenders trace fewer paths.
 
 use super::{
     ContenderEntry, SAMPLES, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
@@ -16,7 +15,7 @@ const STREAM: u64 = 0x7472_7574_6800;
 /// Keys those of contenders.
 const CONTENDER_STREAM: u64 = 0x6366_6e74_6472;
 
-/// What path tracing compares.
+/// What both compare.
 static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
 
 /// The registry's entry of path tracing.
@@ -53,7 +52,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         parameters: Parameters::PARAMETERS,
     },
     build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
-    contenders: Vec::new,
+    contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
     units: &[&SAMPLES],
     default_method: "reference",
     of_contenders: &[],
@@ -131,10 +130,6 @@ impl Technique for Truth {
         parameters: &toml::Table,
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError> {
-        if self.max_depth.is_some() {
-            let message = "this technique has one method only: reference";
-            return Err(ParameterError::new("id", message));
-        }
         match CONTENDERS.iter().find(|e| e.about.answers_to(id)) {
             Some(entry) => entry.started(self, parameters, terms),
             None => {

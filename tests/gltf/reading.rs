@@ -162,7 +162,14 @@ fn nodes_hang_below_each_other_and_mirrors_keep_the_front() {
 #[test]
 fn scenes_are_chosen_and_cameras_become_views() {
     let file = File::triangle()
-        .with("/nodes", json!([{ "mesh": 0 }, { "name": "eye", "camera": 0, "translation": [1, 2, 3], "scale": [2, 2, 2] }, { "camera": 1 }]))
+        .with(
+            "/nodes",
+            json!([
+                { "mesh": 0 },
+                { "name": "eye", "camera": 0, "translation": [1, 2, 3], "scale": [2, 2, 2] },
+                { "camera": 1 },
+            ]),
+        )
         .with("/scenes", json!([{}, { "nodes": [0, 1, 2] }]))
         .with("/scene", json!(1))
         .with(
@@ -238,7 +245,10 @@ fn lights_stand_where_their_nodes_are() {
         { "type": "spot", "spot": { "innerConeAngle": 0.1, "outerConeAngle": 0.2 } },
         { "type": "directional" },
     ]);
-    let node = |light: usize| json!({ "translation": [1, 2, 3], "extensions": { "KHR_lights_punctual": { "light": light } } });
+    let node = |light: usize| {
+        let extensions = json!({ "KHR_lights_punctual": { "light": light } });
+        json!({ "translation": [1, 2, 3], "extensions": extensions })
+    };
     let file = File::triangle()
         .with(
             "/extensions",
@@ -253,10 +263,13 @@ fn lights_stand_where_their_nodes_are() {
     );
     assert!(
         matches!(&scene.lights[1].kind, LightKind::Spot { direction, beam_width_deg, cutoff_deg, .. }
-            if *direction == DVec3::NEG_Z && (beam_width_deg.to_radians() - 0.1).abs() < 1e-6 && (cutoff_deg.to_radians() - 0.2).abs() < 1e-6)
+            if *direction == DVec3::NEG_Z
+                && (beam_width_deg.to_radians() - 0.1).abs() < 1e-6
+                && (cutoff_deg.to_radians() - 0.2).abs() < 1e-6)
     );
     assert!(
-        matches!(&scene.lights[2].kind, LightKind::Directional { direction, irradiance: [1.0, 1.0, 1.0] } if *direction == DVec3::NEG_Z)
+        matches!(&scene.lights[2].kind, LightKind::Directional { direction, irradiance: [1.0, 1.0, 1.0] }
+            if *direction == DVec3::NEG_Z)
     );
     assert!(scene.environment.is_none());
     for (pointer, value) in [

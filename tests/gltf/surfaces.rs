@@ -103,9 +103,10 @@ fn extensions_of_materials_are_mapped_or_named() {
             ..
         }
     ));
-    let (thick, _, _) = with(
-        json!({ "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_volume": { "thicknessFactor": 1 } }),
-    );
+    let (thick, _, _) = with(json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1 },
+        "KHR_materials_volume": { "thicknessFactor": 1 },
+    }));
     assert!(matches!(thick.bsdf, Bsdf::Dielectric { thin: false, .. }));
     let (unlit, _, _) = with(json!({ "KHR_materials_unlit": {} }));
     assert!(matches!(unlit.bsdf, Bsdf::Diffuse { .. }));
@@ -122,7 +123,14 @@ fn extensions_of_materials_are_mapped_or_named() {
             ..
         }
     ));
-    let glossy = |diffuse: f32| json!({ "KHR_materials_pbrSpecularGlossiness": { "diffuseFactor": [diffuse, 0, 0, 1], "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.5 } });
+    let glossy = |diffuse: f32| {
+        let values = json!({
+            "diffuseFactor": [diffuse, 0, 0, 1],
+            "specularFactor": [0.04, 0.04, 0.04],
+            "glossinessFactor": 0.5,
+        });
+        json!({ "KHR_materials_pbrSpecularGlossiness": values })
+    };
     let (plastic, _, _) = with(glossy(0.5));
     let Bsdf::Plastic { ior, alpha, .. } = plastic.bsdf else {
         panic!("plastic")

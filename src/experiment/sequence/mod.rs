@@ -50,6 +50,13 @@ pub enum Viewer {
     },
 }
 
+impl Default for Sequence {
+    /// A still of a view without a name.
+    fn default() -> Self {
+        Self::still("")
+    }
+}
+
 impl Sequence {
     /// One picture of a view, at the time 0.
     pub fn still(view: &str) -> Self {

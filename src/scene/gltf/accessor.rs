@@ -151,7 +151,8 @@ impl Accessors<'_> {
         match needed {
             Some(needed) if needed <= have => Ok((&bytes[offset as usize..], stride)),
             _ => Err(format!(
-                "reaches beyond its buffer view: {count} elements, {stride} bytes apart from byte {offset} on, of {have} bytes"
+                "reaches beyond its buffer view: {count} elements, {stride} bytes apart from byte {offset} on, \
+                 of {have} bytes"
             )),
         }
     }

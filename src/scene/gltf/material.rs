@@ -1,6 +1,5 @@
 //! Materials: metallic-roughness and its extensions on plastic, conductor and glass.
 
-use ::gltf::json::extensions::material::PbrSpecularGlossiness;
 use ::gltf::json::material::{AlphaMode, Material as Declared};
 use ::gltf::json::texture::Info;
 
@@ -12,9 +11,6 @@ use crate::scene::{Alpha, Bsdf, ColourSource, Material, MicrofacetDistribution, 
 
 /// Below it a surface is as good as smooth, and the formulas of rough ones lose their digits.
 const MIN_ALPHA: f32 = 1e-3;
-
-/// Index of refraction where none is given.
-const IOR: f32 = 1.5;
 
 /// What a primitive gets of its material.
 #[derive(Clone, Copy)]
@@ -92,7 +88,7 @@ impl Importer<'_> {
         }
         self.note("what is not metal becomes plastic: a diffuse base of the base colour under a rough coating");
         let ior = self.ior(surface)?;
-        Ok(plastic(base, surface.specular()?, ior, alpha_of(roughness)))
+        Ok(plastic(base, surface.specular(), ior, alpha_of(roughness)))
     }
 
     /// Base colour: a factor, a texture, or both.
@@ -102,7 +98,7 @@ impl Importer<'_> {
         self.coloured(pbr.base_color_texture.as_ref(), [r, g, b])
     }
 
-    fn coloured(
+    pub(super) fn coloured(
         &mut self,
         info: Option<&Info>,
         factor: [f32; 3],
@@ -133,109 +129,6 @@ impl Importer<'_> {
             self.note("what is metal in part becomes what it is for the greater part");
         }
         Ok([metallic, roughness * green])
-    }
-
-    /// Glass, if most of the light that enters goes through.
-    fn glass(&mut self, surface: &Surface, roughness: f32) -> Result<Option<Bsdf>, SceneError> {
-        let extensions = surface.declared.extensions.as_ref();
-        let Some(transmission) = extensions.and_then(|e| e.transmission.as_ref()) else {
-            return Ok(None);
-        };
-        let mean = match &transmission.transmission_texture {
-            Some(info) => self.means(info)?.map_or(1.0, |m| m.raw[0]),
-            None => 1.0,
-        };
-        if transmission.transmission_factor.0 * mean < 0.5 {
-            self.note("KHR_materials_transmission of less than a half is left out");
-            return Ok(None);
-        }
-        self.note("KHR_materials_transmission becomes smooth glass of the mean base colour");
-        if alpha_of(roughness) > 0.0 {
-            self.note("rough glass becomes smooth");
-        }
-        let volume = extensions.and_then(|e| e.volume.as_ref());
-        let thick = volume.is_some_and(|v| v.thickness_factor.0 > 0.0);
-        if volume.is_some_and(|v| v.attenuation_distance.0.is_finite()) {
-            self.note("the attenuation of KHR_materials_volume is left out");
-        }
-        Ok(Some(Bsdf::Dielectric {
-            ior: self.ior(surface)?.max(1.0),
-            thin: !thick,
-            reflectance: [1.0; 3],
-            transmittance: self.mean_base_colour(surface)?,
-        }))
-    }
-
-    fn mean_base_colour(&mut self, surface: &Surface) -> Result<[f32; 3], SceneError> {
-        let pbr = &surface.declared.pbr_metallic_roughness;
-        let factor = pbr.base_color_factor.0;
-        let means = match &pbr.base_color_texture {
-            Some(info) => self.means(info)?,
-            None => None,
-        };
-        let mean = means.map_or([1.0; 3], |m| m.decoded);
-        Ok(std::array::from_fn(|c| factor[c] * mean[c]))
-    }
-
-    /// Index of refraction.
-    fn ior(&mut self, surface: &Surface) -> Result<f32, SceneError> {
-        let declared = surface
-            .declared
-            .extensions
-            .as_ref()
-            .and_then(|e| e.ior.as_ref());
-        match declared.map(|d| d.ior.0) {
-            None => Ok(IOR),
-            Some(ior) if ior >= 1.0 && ior.is_finite() => Ok(ior),
-            // A mirror, says the extension.
-            Some(0.0) => {
-                self.note("KHR_materials_ior of 0 becomes 1.5");
-                Ok(IOR)
-            }
-            Some(_) => Err(self
-                .file
-                .error(surface.place, "its index of refraction is below 1")),
-        }
-    }
-
-    /// The older model: a diffuse and a specular colour.
-    fn specular_glossiness(
-        &mut self,
-        surface: &Surface,
-        glossy: &PbrSpecularGlossiness,
-    ) -> Result<Bsdf, SceneError> {
-        let [r, g, b, _] = self.within_unit(surface, "diffuseFactor", glossy.diffuse_factor.0)?;
-        let specular = self.within_unit(surface, "specularFactor", glossy.specular_factor.0)?;
-        let [glossiness] =
-            self.within_unit(surface, "glossinessFactor", [glossy.glossiness_factor.0])?;
-        let means = match &glossy.specular_glossiness_texture {
-            Some(info) => self.means(info)?,
-            None => None,
-        };
-        if means.is_some() {
-            self.note("a specularGlossinessTexture becomes its mean colour, and its glossiness 1");
-        }
-        let mean = means.map_or([1.0; 3], |m| m.decoded);
-        let specular: [f32; 3] = std::array::from_fn(|c| specular[c] * mean[c]);
-        let alpha = alpha_of(1.0 - glossiness);
-        let strongest = specular.iter().copied().fold(0.0, f32::max);
-        if strongest > r.max(g).max(b) {
-            self.note("KHR_materials_pbrSpecularGlossiness becomes a conductor of the specular colour where that outshines the diffuse one");
-            return Ok(Bsdf::Conductor {
-                eta: [0.0; 3],
-                k: [0.0; 3],
-                specular: ColourSource::Constant(specular),
-                alpha,
-                distribution: MicrofacetDistribution::Ggx,
-            });
-        }
-        self.note("KHR_materials_pbrSpecularGlossiness becomes plastic that reflects the specular colour head on");
-        // A coating of that reflectance for the strongest channel, tinted for the others.
-        let root = strongest.sqrt().clamp(0.01, 0.9);
-        let ior = (1.0 + root) / (1.0 - root);
-        let tint = specular.map(|s| (s / (root * root)).min(1.0));
-        let diffuse = self.coloured(glossy.diffuse_texture.as_ref(), [r, g, b])?;
-        Ok(plastic(diffuse, tint, ior, alpha))
     }
 
     /// Alpha as the probability that a ray meets the surface.
@@ -284,7 +177,7 @@ impl Importer<'_> {
     }
 
     /// Values that glTF wants between 0 and 1.
-    fn within_unit<const N: usize>(
+    pub(super) fn within_unit<const N: usize>(
         &self,
         surface: &Surface,
         what: &str,
@@ -302,9 +195,9 @@ impl Importer<'_> {
 }
 
 /// A material of the file, and how messages call it.
-struct Surface<'a> {
-    declared: &'a Declared,
-    place: &'a str,
+pub(super) struct Surface<'a> {
+    pub declared: &'a Declared,
+    pub place: &'a str,
 }
 
 impl Surface<'_> {
@@ -324,21 +217,21 @@ impl Surface<'_> {
     }
 
     /// Factor on what the coating reflects.
-    fn specular(&self) -> Result<[f32; 3], SceneError> {
+    fn specular(&self) -> [f32; 3] {
         let declared = self
             .declared
             .extensions
             .as_ref()
             .and_then(|e| e.specular.as_ref());
-        Ok(declared.map_or([1.0; 3], |s| {
+        declared.map_or([1.0; 3], |s| {
             s.specular_color_factor
                 .0
                 .map(|c| (c * s.specular_factor.0).clamp(0.0, 1.0))
-        }))
+        })
     }
 }
 
-fn plastic(diffuse: ColourSource, specular: [f32; 3], ior: f32, alpha: f32) -> Bsdf {
+pub(super) fn plastic(diffuse: ColourSource, specular: [f32; 3], ior: f32, alpha: f32) -> Bsdf {
     if ior < 1.001 {
         return Bsdf::Diffuse {
             reflectance: diffuse,
@@ -355,7 +248,7 @@ fn plastic(diffuse: ColourSource, specular: [f32; 3], ior: f32, alpha: f32) -> B
 }
 
 /// glTF's roughness is the square root of the width of the distribution.
-fn alpha_of(roughness: f32) -> f32 {
+pub(super) fn alpha_of(roughness: f32) -> f32 {
     let alpha = roughness * roughness;
     if alpha < MIN_ALPHA { 0.0 } else { alpha }
 }

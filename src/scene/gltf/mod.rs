@@ -11,6 +11,8 @@ mod camera;
 mod container;
 mod document;
 mod emission;
+mod glass;
+mod glossy;
 mod image;
 mod light;
 mod material;
@@ -245,6 +247,3 @@ fn counted((text, count): (String, usize)) -> String {
         _ => format!("{text} ({count} times)"),
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -132,7 +132,9 @@ impl Importer<'_> {
             match semantic {
                 Checked::Valid(Semantic::Colors(_)) => self.note("vertex colours are left out"),
                 Checked::Valid(Semantic::TexCoords(set)) if *set != uv_set => {
-                    self.note(format!("texture coordinates TEXCOORD_{set} are left out: the colour reads TEXCOORD_{uv_set}"));
+                    self.note(format!(
+                        "texture coordinates TEXCOORD_{set} are left out: the colour reads TEXCOORD_{uv_set}"
+                    ));
                 }
                 _ => {}
             }

@@ -23,6 +23,12 @@ impl Source<'_> {
     }
 }
 
+#[cfg(test)]
+thread_local! {
+    /// Every key that a thread asked for, for the test of the page that lists them.
+    pub(super) static ASKED: RefCell<std::collections::BTreeSet<&'static str>> = RefCell::default();
+}
+
 /// A table that is being read.
 pub(super) struct Keys<'a> {
     pub source: &'a Source<'a>,
@@ -71,6 +77,8 @@ impl<'a> Keys<'a> {
     }
 
     pub fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
+        #[cfg(test)]
+        ASKED.with_borrow_mut(|asked| asked.insert(key));
         self.asked.borrow_mut().push(key);
         self.table
             .iter()

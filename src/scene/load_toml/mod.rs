@@ -144,4 +144,6 @@ impl Loader {
 }
 
 #[cfg(test)]
+mod page;
+#[cfg(test)]
 mod tests;

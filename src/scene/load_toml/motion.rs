@@ -111,8 +111,8 @@ impl Loader {
         let any = |has: fn(&Frame) -> bool| frames.iter().any(has);
         let shines = any(|f| f.emission.is_some() || f.on.is_some());
         let moves = any(|f| f.translate.is_some() || f.scale.is_some());
-        let dark = motion.shapes.iter().map(|&i| &self.scene.shapes[i]);
-        let dark = dark.filter(|shape| shape.emission.is_none()).next();
+        let mut shapes = motion.shapes.iter().map(|&i| &self.scene.shapes[i]);
+        let dark = shapes.find(|shape| shape.emission.is_none());
         let message = match dark {
             _ if !shines && !moves && !any(|f| f.rotate_deg.is_some()) => {
                 "keys of a motion need `translate`, `rotate_deg`, `scale`, `emission` or `on`"

@@ -63,7 +63,7 @@ impl Loader {
         let time_s = keys.required("time", keys.number("time")?)?;
         let fov_deg = keys.field_of_view("fov_deg")?;
         let mut view = match keys.string("view")? {
-            Some(name) => self.from_view(keys, name)?,
+            Some(name) => self.seen_from(keys, name)?,
             None => from_points(keys, fov_deg, shared)?,
         };
         keys.finish()?;
@@ -85,7 +85,7 @@ impl Loader {
     }
 
     /// A view of the scene, moved along its own right, up and forward, or turned to a target.
-    fn from_view(&self, keys: &Keys, name: &str) -> Result<View, SceneError> {
+    fn seen_from(&self, keys: &Keys, name: &str) -> Result<View, SceneError> {
         let views = &self.scene.views;
         let Some(view) = views.iter().find(|view| view.name == name) else {
             let known: Vec<&str> = views.iter().map(|view| view.name.as_str()).collect();

@@ -1,5 +1,7 @@
 //! A cached function under a distribution: place, evaluate, refine, evaluate, look up, shade.
 
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 use toml::Table;
 
@@ -60,8 +62,7 @@ pub fn start<'a>(
             technique,
             distribution,
             terms,
-            picked: None,
-            search: Search::default(),
+            picked: BTreeMap::new(),
         }),
     })
 }
@@ -71,8 +72,14 @@ struct Distributed<'a> {
     technique: &'a dyn CachedTechnique,
     distribution: Distribution,
     terms: Terms,
-    /// The first stage with the settings that were picked by error, where the distribution leaves them open.
-    picked: Option<Box<dyn FirstStage>>,
+    /// What was picked for each viewer, by its number, where the distribution leaves settings open.
+    picked: BTreeMap<u16, Picked>,
+}
+
+/// Settings that were picked by error.
+struct Picked {
+    /// The first stage with these settings.
+    first: Box<dyn FirstStage>,
     /// What picking took, until it is told.
     search: Search,
 }
@@ -85,48 +92,34 @@ impl Contender for Distributed<'_> {
     /// Every setting is rendered and the one with the least squared error is kept. Of noisy images the setting is
     /// picked with another seed, so that no contender gets the luckiest noise of several.
     fn search(&mut self, shots: &[Shot], references: &[&Image]) -> Result<(), String> {
-        let clock = Clock::start();
-        let seed = match self.technique.is_noisy() {
-            true => hash(self.terms.seed),
-            false => self.terms.seed,
-        };
-        let mut best: Option<(f64, Box<dyn FirstStage>)> = None;
-        for first in self.distribution.first.candidates() {
-            let mut error = 0.0;
-            for (shot, reference) in shots.iter().zip(references) {
-                let mut rendered = self.setting(shot, first.as_ref(), seed).render()?;
-                shot.add_layer(&mut rendered.image);
-                self.search.rays += rendered.rays;
-                error += pixel_errors(reference, &rendered.image).mse;
-            }
-            if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                best = Some((error, first));
+        for (shot, reference) in shots.iter().zip(references) {
+            if let Some(picked) = self.pick(shot, reference)? {
+                self.picked.insert(shot.viewer, picked);
             }
         }
-        self.picked = best.map(|(_, first)| first);
-        self.search.seconds += clock.seconds().wall;
         Ok(())
     }
 
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
-        if self.searches() && self.picked.is_none() {
-            return Err(
-                "a per-scene choice of settings needs a reference; name one setting instead".into(),
-            );
-        }
-        let first = self.picked.as_ref().unwrap_or(&self.distribution.first);
         let mut images = Vec::with_capacity(shots.len());
         for shot in shots {
-            let mut rendered = self
-                .setting(shot, first.as_ref(), self.terms.seed)
-                .render()?;
-            if self.picked.is_some() {
+            let picked = self.picked.get(&shot.viewer);
+            if self.searches() && picked.is_none() {
+                return Err(
+                    "a per-scene choice of settings needs a reference; name one setting instead"
+                        .into(),
+                );
+            }
+            let first = picked.map_or(&self.distribution.first, |picked| &picked.first);
+            let setting = self.setting(shot, first.as_ref(), self.terms.seed);
+            let mut rendered = setting.render()?;
+            if let Some(picked) = self.picked.get_mut(&shot.viewer) {
+                rendered.search.add(std::mem::take(&mut picked.search));
                 rendered.notes.push(format!(
                     "best of {} settings by RMSE against the reference; the search is not charged",
                     self.distribution.first.candidates().len()
                 ));
             }
-            rendered.search.add(std::mem::take(&mut self.search));
             images.push(rendered);
         }
         Ok(images)
@@ -134,7 +127,8 @@ impl Contender for Distributed<'_> {
 
     fn replay(&mut self, shot: &Shot, pixel: u32) -> Result<Vec<String>, String> {
         let candidates = self.distribution.first.candidates();
-        let first = (self.picked.as_ref())
+        let picked = self.picked.get(&shot.viewer).map(|picked| &picked.first);
+        let first = picked
             .or(candidates.first())
             .unwrap_or(&self.distribution.first);
         let setting = self.setting(shot, first.as_ref(), self.terms.seed);
@@ -143,6 +137,28 @@ impl Contender for Distributed<'_> {
 }
 
 impl Distributed<'_> {
+    /// The best setting for one shot; `None` where there is none to choose from.
+    fn pick(&self, shot: &Shot, reference: &Image) -> Result<Option<Picked>, String> {
+        let clock = Clock::start();
+        let seed = match self.technique.is_noisy() {
+            true => hash(self.terms.seed),
+            false => self.terms.seed,
+        };
+        let mut search = Search::default();
+        let mut best: Option<(f64, Box<dyn FirstStage>)> = None;
+        for first in self.distribution.first.candidates() {
+            let mut rendered = self.setting(shot, first.as_ref(), seed).render()?;
+            shot.add_layer(&mut rendered.image);
+            search.rays += rendered.rays;
+            let error = pixel_errors(reference, &rendered.image).mse;
+            if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, first));
+            }
+        }
+        search.seconds = clock.seconds().wall;
+        Ok(best.map(|(_, first)| Picked { first, search }))
+    }
+
     fn setting<'s>(
         &'s self,
         shot: &'s Shot<'s>,

@@ -1,0 +1,284 @@
+//! Sequences from outside: interrupted ones go on, and programs share references.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const SCENE: &str = r#"
+metres_per_unit = 1
+[[view]]
+origin = [0, 1, 4]
+target = [0, 0.5, 0]
+fov_deg = 50
+[[shape]]
+kind = "cube"
+name = "block"
+[[shape]]
+kind = "sphere"
+name = "lamp"
+centre = [2, 2, 2]
+radius = 0.5
+emission = 4
+"#;
+
+const CONFIG: &str = r#"
+name = "moving"
+technique = "path-tracing"
+samples = 1
+parameters = { reference_passes = 8 }
+size = [48, 32]
+[sequence]
+path = "walk"
+frames = "0..80..2"
+fps = 20
+warm_up = 2
+[[path]]
+name = "walk"
+keys = [{ time = 0, view = "main" }, { time = 4, view = "main", move = [1, 0.5, 1] }]
+[[motion]]
+shape = "block"
+keys = [{ time = 0, rotate_deg = 0 }, { time = 4, rotate_deg = 90 }]
+[[scene]]
+name = "room.toml"
+[[method]]
+id = "running-mean"
+[[method]]
+id = "paths"
+"#;
+
+fn start(place: &Path, out: &str) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_lightbench"))
+        .args([
+            "run",
+            "moving.toml",
+            "--quiet",
+            "--checkpoint",
+            "0",
+            "--out",
+            out,
+        ])
+        .current_dir(place)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("starts")
+}
+
+fn prepare() -> tempfile::TempDir {
+    let place = tempfile::tempdir().expect("a folder");
+    fs::write(place.path().join("room.toml"), SCENE).expect("writable");
+    fs::write(place.path().join("moving.toml"), CONFIG).expect("writable");
+    place
+}
+
+/// Rows and frames without times and memory.
+fn results(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let rows = fs::read_to_string(folder.join("rows.jsonl")).expect("rows");
+    for line in rows.lines() {
+        let mut row: serde_json::Value = serde_json::from_str(line).expect("a row");
+        for key in crate::MEASURED {
+            row.as_object_mut().expect("a row").remove(*key);
+        }
+        let id = row["job"].as_str().expect("an id").to_owned();
+        found.push(row.to_string());
+        let frames = folder.join("jobs").join(&id).join("frames.csv");
+        let mut reader = csv::Reader::from_path(frames).expect("frames");
+        let names = reader.headers().expect("names").clone();
+        for record in reader.records() {
+            let record = record.expect("a line");
+            let cells = names.iter().zip(&record);
+            let kept = cells.filter(|(n, _)| !n.contains("seconds") && *n != "bytes_work");
+            found.push(format!("{:?}", kept.collect::<Vec<_>>()));
+        }
+    }
+    found
+}
+
+#[test]
+fn a_killed_sequence_goes_on_to_the_same_bits() {
+    let place = prepare();
+    let start_of_all = Instant::now();
+    assert!(
+        start(place.path(), "a/whole")
+            .wait()
+            .expect("ends")
+            .success()
+    );
+    let took = start_of_all.elapsed();
+    let expected = results(&place.path().join("a/whole"));
+    assert_eq!(expected.len(), 2 + 2 * 40);
+    let mut kills = 0;
+    for share in [0.3, 0.45, 0.6, 0.4] {
+        let mut child = start(place.path(), "b/killed");
+        std::thread::sleep(took.mul_f64(share));
+        if child.try_wait().expect("runs").is_none() {
+            child.kill().expect("killed");
+            kills += 1;
+        }
+        child.wait().expect("ends");
+    }
+    assert!(kills > 0, "it was never at work");
+    assert!(
+        start(place.path(), "b/killed")
+            .wait()
+            .expect("ends")
+            .success()
+    );
+    let folder = place.path().join("b/killed");
+    assert_eq!(results(&folder), expected);
+    let left = fs::read_dir(folder.join("jobs")).expect("jobs");
+    let left = left.map(|entry| entry.expect("an entry").file_name().into_string());
+    for name in left {
+        let name = name.expect("text");
+        assert!(!name.starts_with('.'), "{name} is left");
+        assert!(
+            !folder
+                .join("jobs")
+                .join(name)
+                .join("checkpoint.bin")
+                .exists()
+        );
+    }
+}
+
+/// Both want each of the 38 references; a lock lets one render it while the other waits.
+#[test]
+fn two_programs_render_a_reference_once() {
+    let place = prepare();
+    let started = Instant::now();
+    let mut both = [start(place.path(), "c/one"), start(place.path(), "c/two")];
+    let mut written: std::collections::BTreeMap<String, std::collections::BTreeSet<_>> =
+        Default::default();
+    let references = place.path().join("c/references");
+    while both
+        .iter_mut()
+        .any(|child| child.try_wait().expect("runs").is_none())
+    {
+        for entry in fs::read_dir(&references).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if let (true, Ok(metadata)) = (name.ends_with(".exr"), entry.metadata()) {
+                let modified = metadata.modified().expect("a time");
+                written.entry(name).or_default().insert(modified);
+            }
+        }
+        assert!(started.elapsed() < Duration::from_secs(600), "stuck");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    for child in &mut both {
+        assert!(child.wait().expect("ends").success());
+    }
+    assert_eq!(written.len(), 38);
+    for (name, times) in written {
+        // Eight passes take less than the half minute after which an unfinished one is stored.
+        assert_eq!(times.len(), 1, "{name} was written again");
+    }
+    let [one, two] = ["c/one", "c/two"].map(|out| results(&place.path().join(out)));
+    assert_eq!(one, two);
+    let locks = fs::read_dir(references).expect("there").flatten();
+    let locks = locks.filter(|entry| entry.path().extension().is_some_and(|e| e == "lock"));
+    assert_eq!(locks.count(), 0);
+}
+
+#[test]
+fn wrong_sequences_are_refused_with_their_place_before_anything_is_written() {
+    let place = prepare();
+    let with = |from: &str, to: &str| {
+        assert!(CONFIG.contains(from), "{from}");
+        CONFIG.replace(from, to)
+    };
+    for (config, at, expected) in [
+        (
+            with("path = \"walk\"", "path = \"wolk\""),
+            "moving.toml:8:1:",
+            "no path `wolk`: it has: walk",
+        ),
+        (
+            with(
+                "{ time = 4, view = \"main\", move",
+                "{ time = 0, view = \"main\", move",
+            ),
+            "moving.toml:14:",
+            "must ascend",
+        ),
+        (
+            with(
+                "{ time = 0, view = \"main\" }",
+                "{ time = nan, view = \"main\" }",
+            ),
+            "moving.toml:14:18:",
+            "a finite number",
+        ),
+        (
+            with("view = \"main\" }, ", "view = \"mein\" }, "),
+            "moving.toml:14:28:",
+            "did you mean `main`",
+        ),
+        (
+            with("shape = \"block\"", "shape = \"black\""),
+            "moving.toml:16:9:",
+            "did you mean `block`",
+        ),
+        (
+            with(
+                "{ time = 0, rotate_deg = 0 }",
+                "{ time = 4, rotate_deg = 0 }",
+            ),
+            "moving.toml:17:",
+            "must ascend",
+        ),
+        (
+            with("\"0..80..2\"", "\"0-80\""),
+            "moving.toml:9:1:",
+            "from..to",
+        ),
+        (
+            with("fps = 20", "fps = 0"),
+            "moving.toml:10:1:",
+            "a number above 0",
+        ),
+        (
+            with("warm_up = 2", "warm_up = 40"),
+            "moving.toml:11:1:",
+            "leave none",
+        ),
+        (
+            with("warm_up = 2", "warmup = 2"),
+            "moving.toml:11:1:",
+            "unknown field `warmup`",
+        ),
+    ] {
+        fs::write(place.path().join("moving.toml"), config).expect("writable");
+        let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+            .args(["run", "moving.toml", "--out", "x/moving"])
+            .current_dir(place.path())
+            .output()
+            .expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(at) && said.contains(expected),
+            "{said} ({at} {expected})"
+        );
+        assert!(!place.path().join("x").exists(), "nothing is written");
+    }
+}
+
+#[test]
+fn what_a_config_adds_is_not_overridden() {
+    let place = prepare();
+    let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+        .args([
+            "run",
+            "moving.toml",
+            "motion.0.shape=lamp",
+            "--out",
+            "x/moving",
+        ])
+        .current_dir(place.path())
+        .output()
+        .expect("runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("changed in its file only"), "{said}");
+}

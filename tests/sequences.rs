@@ -1,0 +1,359 @@
+//! Sequences: a still camera gives its still again, viewers do not know of each other, frames do not depend on
+//! threads, and an interrupted sequence goes on to the same bits.
+
+use std::path::Path;
+use std::time::Duration;
+
+use lightbench::experiment::{Row, RunOptions, Source, Store, plan, run};
+
+/// A room with a block that turns, a lamp that moves and fades, and a sky that turns, seen from five paths.
+const SCENE: &str = r#"
+metres_per_unit = 1
+ao_distance = 1
+[[view]]
+origin = [0, 1, 4]
+target = [0, 0.5, 0]
+fov_deg = 50
+[[shape]]
+kind = "rectangle"
+name = "floor"
+scale = 4
+rotate = [1, 0, 0, -90]
+[[shape]]
+kind = "cube"
+name = "block"
+scale = 0.5
+translate = [0, 0.5, 0]
+[[shape]]
+kind = "sphere"
+name = "lamp"
+centre = [1, 2, 1]
+radius = 0.3
+emission = 4
+[[light]]
+kind = "point"
+name = "bulb"
+position = [-1, 2, 1]
+intensity = 3
+[environment]
+kind = "sky"
+sun = false
+[[motion]]
+shape = "block"
+keys = [{ time = 0, rotate_deg = 0 }, { time = 1, rotate_deg = 90, translate = [0.5, 0, 0] }]
+[[motion]]
+shape = "lamp"
+keys = [{ time = 0, translate = [0, 0, 0], emission = 1 }, { time = 1, translate = [-1, 0, 0], emission = 2 }]
+[[motion]]
+light = "bulb"
+keys = [{ time = 0, on = true }, { time = 0.3, on = false }]
+[[motion]]
+environment = true
+keys = [{ time = 0, rotate_deg = 0 }, { time = 1, rotate_deg = 180 }]
+"#;
+
+const PATHS: &str = r#"
+[[path]]
+name = "a"
+keys = [{ time = 0, view = "main" }, { time = 1, view = "main", move = [1, 0.5, 1] }]
+[[path]]
+name = "b"
+keys = [{ time = 0, view = "main", move = [-1, 0, 0] }, { time = 1, view = "main" }]
+[[path]]
+name = "c"
+keys = [{ time = 0, origin = [3, 1, 0], target = [0, 0.5, 0], fov_deg = 60 }, { time = 1, origin = [3, 2, -2], target = [0, 0, 0] }]
+[[path]]
+name = "d"
+keys = [{ time = 0, view = "main", move = [0, 1, 0], target = [0, 0.5, 0] }]
+"#;
+
+/// What each technique is run with, its contenders without memory.
+const TECHNIQUES: [(&str, &str); 6] = [
+    (
+        "ambient-occlusion",
+        "caches = 30\nparameters = { side = 8 }\n[[method]]\nid = 'SD'\n[[method]]\nid = 'VGC+DGS'\n",
+    ),
+    (
+        "irradiance-caching",
+        "caches = 20\nparameters = { side = 8, reference_passes = 4 }\n[[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+AS'\n",
+    ),
+    (
+        "importance-caching",
+        "caches = 20\nparameters = { lights = 64 }\n[[method]]\nid = 'VGC+DGS'\n",
+    ),
+    (
+        "environment-lighting",
+        "lights = 4\nparameters = { reference_samples = 16, reference_passes = 2 }\n[[method]]\nid = 'decomposition'\n[[method]]\nid = 'product-ratio'\n",
+    ),
+    (
+        "direct-lighting",
+        "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n",
+    ),
+    (
+        "path-tracing",
+        "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n",
+    ),
+];
+
+/// An experiment on the scene, in a folder of its own.
+struct Experiment<'a> {
+    place: &'a Path,
+    name: &'a str,
+    technique: &'a str,
+    /// Methods and budget.
+    settings: &'a str,
+    sequence: &'a str,
+}
+
+/// A line of `frames.csv`, its names and cells.
+type Line = Vec<(String, String)>;
+
+impl Experiment<'_> {
+    fn run(&self) -> Vec<(Row, Vec<Line>)> {
+        self.run_with(Duration::MAX)
+    }
+
+    fn run_with(&self, checkpoint_every: Duration) -> Vec<(Row, Vec<Line>)> {
+        std::fs::write(self.place.join("room.toml"), SCENE).expect("writable");
+        let head = self.settings.split("[[method]]").next().unwrap_or("");
+        let methods = &self.settings[head.len()..];
+        let text = format!(
+            "name = '{}'\ntechnique = '{}'\nsize = [24, 16]\n{head}\n{}\n{PATHS}\n[[scene]]\nname = '{}'\n{methods}",
+            self.name,
+            self.technique,
+            self.sequence,
+            self.place.join("room.toml").display(),
+        );
+        let source = Source {
+            file: self.place.join("config.toml"),
+            text,
+        };
+        let (config, plan) = plan(&source, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let options = RunOptions {
+            folder: self.place.join(self.name),
+            references: self.place.join("references"),
+            fail_fast: false,
+            quiet: true,
+            checkpoint_every,
+        };
+        run(&plan, &config, &options).expect("runs");
+        let store = Store::open(&options.folder).expect("results");
+        let rows = store.rows(&plan);
+        assert_eq!(rows.len(), plan.jobs.len());
+        rows.into_iter()
+            .map(|row| {
+                assert!(row.ok(), "{} {}: {}", row.technique, row.label, row.status);
+                let frames = store.job_folder(&row.job).join("frames.csv");
+                let lines = if frames.exists() {
+                    lines(&frames)
+                } else {
+                    Vec::new()
+                };
+                (row, lines)
+            })
+            .collect()
+    }
+}
+
+/// The lines of a file but for what differs from run to run: times, and memory as the allocator sees it.
+fn lines(file: &Path) -> Vec<Line> {
+    let mut reader = csv::Reader::from_path(file).expect("frames.csv");
+    let names = reader.headers().expect("names").clone();
+    let measured = |name: &str| name.contains("seconds") || name == "bytes_work";
+    let line = |record: csv::StringRecord| {
+        let cells = names.iter().zip(&record);
+        cells
+            .filter(|(name, _)| !measured(name))
+            .map(|(name, cell)| (name.to_owned(), cell.to_owned()))
+            .collect()
+    };
+    reader.records().map(|r| line(r.expect("a line"))).collect()
+}
+
+fn without(line: &Line, names: &[&str]) -> Line {
+    let kept = line
+        .iter()
+        .filter(|(name, _)| !names.contains(&name.as_str()));
+    kept.cloned().collect()
+}
+
+fn errors(row: &Row) -> String {
+    format!(
+        "{:?}",
+        [
+            row.rmse,
+            row.relmse,
+            row.psnr,
+            row.ssim,
+            row.flip_ldr,
+            row.flip_hdr,
+            row.reference_floor
+        ]
+    )
+}
+
+#[test]
+fn a_static_camera_gives_its_still_ten_times() {
+    for (technique, settings) in TECHNIQUES {
+        let place = tempfile::tempdir().expect("a folder");
+        let of = |name, sequence| {
+            let experiment = Experiment {
+                place: place.path(),
+                name,
+                technique,
+                settings,
+                sequence,
+            };
+            experiment.run()
+        };
+        let still = of("still", "");
+        // Frames so close in time that nothing has moved.
+        let frames = of("frames", "[sequence]\nframes = 10\nfps = 1e300");
+        for ((still, none), (row, lines)) in still.iter().zip(&frames) {
+            let label = format!("{technique} {}", still.label);
+            assert!(none.is_empty(), "a still has no frames.csv");
+            assert_eq!(lines.len(), 10, "{label}");
+            assert_eq!((row.frames, row.viewers), (10, 1));
+            for line in lines {
+                // Of a scene that moves, keys of references tell the time.
+                let changes = ["frame", "time_s", "error_change", "reference"];
+                let first = without(&lines[0], &changes);
+                assert_eq!(first, without(line, &changes), "{label}");
+            }
+            let cell = |name: &str| {
+                lines[9]
+                    .iter()
+                    .find(|(n, _)| n == name)
+                    .expect(name)
+                    .1
+                    .clone()
+            };
+            assert_eq!(
+                cell("rmse"),
+                format!("{:?}", still.rmse.expect("measured")),
+                "{label}"
+            );
+            assert_eq!(cell("rays"), still.rays.to_string(), "{label}");
+            assert_eq!(row.rays, 10 * still.rays, "{label}");
+            assert_eq!(row.flicker, Some(0.0), "{label}");
+        }
+    }
+}
+
+#[test]
+fn a_sequence_of_one_frame_is_a_still_to_the_bit() {
+    for (technique, settings) in TECHNIQUES {
+        let place = tempfile::tempdir().expect("a folder");
+        let of = |name, sequence| {
+            let experiment = Experiment {
+                place: place.path(),
+                name,
+                technique,
+                settings,
+                sequence,
+            };
+            experiment.run()
+        };
+        let still = of("still", "");
+        let one = of("one", "[sequence]\nframes = 1");
+        let along = of("along", "[sequence]\nframes = 1\npath = 'a'");
+        for ((still, _), ((one, _), (along, _))) in still.iter().zip(one.iter().zip(&along)) {
+            assert_eq!(still.job, one.job, "{technique}: the same job");
+            // The path begins at the view.
+            assert_eq!(errors(still), errors(along), "{technique} {}", still.label);
+            assert_eq!(
+                (still.rays, still.shadow_rays),
+                (along.rays, along.shadow_rays)
+            );
+        }
+    }
+}
+
+#[test]
+fn four_viewers_are_four_single_runs_with_any_number_of_threads() {
+    const FRAMES: &str = "[sequence]\nframes = 3\nfps = 2\n";
+    for (technique, settings) in TECHNIQUES {
+        let place = tempfile::tempdir().expect("a folder");
+        let run = |name: &str, sequence: &str| {
+            let experiment = Experiment {
+                place: place.path(),
+                name,
+                technique,
+                settings,
+                sequence,
+            };
+            experiment.run()
+        };
+        let together = run("all", &format!("{FRAMES}viewers = ['a', 'b', 'c', 'd']"));
+        let single_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let single_thread = single_thread.expect("a pool");
+        for (viewer, name) in ["a", "b", "c", "d"].iter().enumerate() {
+            let alone = single_thread.install(|| run(name, &format!("{FRAMES}path = '{name}'")));
+            for ((row, all), (_, one)) in together.iter().zip(&alone) {
+                assert_eq!(all.len(), 12);
+                let viewer = viewer.to_string();
+                let of_viewer =
+                    |line: &&Line| line.iter().any(|(n, v)| n == "viewer" && *v == viewer);
+                let all: Vec<Line> = all
+                    .iter()
+                    .filter(of_viewer)
+                    .map(|line| without(line, &["viewer"]))
+                    .collect();
+                let one: Vec<Line> = one.iter().map(|line| without(line, &["viewer"])).collect();
+                assert_eq!(all, one, "{technique} {} of viewer {name}", row.label);
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_see_what_moves() {
+    let place = tempfile::tempdir().expect("a folder");
+    for (technique, settings) in [TECHNIQUES[0], TECHNIQUES[3], TECHNIQUES[4]] {
+        let experiment = Experiment {
+            place: place.path(),
+            name: technique,
+            technique,
+            settings,
+            sequence: "[sequence]\nframes = 5\nfps = 4\nwarm_up = 1\nmeasure_every = 2\nkeep = 'all'",
+        };
+        for (row, lines) in experiment.run() {
+            let cells = |name: &str| -> Vec<String> {
+                let cell =
+                    |line: &Line| line.iter().find(|(n, _)| n == name).expect(name).1.clone();
+                lines.iter().map(cell).collect()
+            };
+            assert_eq!(
+                cells("measured"),
+                ["false", "true", "false", "true", "false"]
+            );
+            let references = cells("reference");
+            assert!(references[0].is_empty() && references[1] != references[3]);
+            let errors = cells("rmse");
+            assert!(
+                errors[1] != errors[3],
+                "{technique} {}: {errors:?}",
+                row.label
+            );
+            // Neighbours were not measured.
+            assert_eq!(row.flicker, None);
+            assert_eq!((row.frames_measured, row.frame), (2, 3));
+        }
+    }
+}
+
+#[test]
+fn checkpoints_change_nothing_and_memory_helps() {
+    let place = tempfile::tempdir().expect("a folder");
+    let experiment = |name| Experiment {
+        place: place.path(),
+        name,
+        technique: "path-tracing",
+        settings: "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'running-mean'\n",
+        sequence: "[sequence]\nframes = 8\nfps = 80\nviewers = ['a', 'c']\ncold = true",
+    };
+    let whole = experiment("whole").run();
+    let saved = experiment("saved").run_with(Duration::ZERO);
+    assert_eq!(whole[0].1, saved[0].1);
+    assert!(whole[0].0.rmse_cold > whole[0].0.rmse, "memory helps");
+}
