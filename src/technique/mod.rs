@@ -44,7 +44,7 @@ use crate::trace::{Caster, RayCounter};
 pub struct TechniqueEntry {
     pub about: About,
     pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
-    /// Every contender it takes, by canonical id; none for a truth, whose only method is `reference`.
+    /// Every contender it takes, by canonical id; the method `reference` comes besides.
     pub contenders: fn() -> Vec<Listed>,
     /// What they can share an amount of, the one that single images get first.
     pub units: &'static [&'static Unit],
