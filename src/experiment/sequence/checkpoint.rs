@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{FrameRecord, Thumbnail};
+use crate::experiment::program;
 use crate::image::Image;
 
 /// All that the rest of a sequence depends on, after some of its frames.
@@ -30,16 +31,24 @@ impl Checkpoint {
         folder.join("checkpoint.bin")
     }
 
-    /// The checkpoint of a folder; the beginning where there is none that can be read.
+    /// The checkpoint of a folder; the beginning where there is none that this program wrote and can read.
     pub fn read(folder: &Path) -> Self {
         let bytes = fs::read(Self::path(folder)).unwrap_or_default();
-        postcard::from_bytes(&bytes).unwrap_or_default()
+        let rest = bytes.strip_prefix(Self::mark().as_bytes());
+        let read = rest.and_then(|rest| postcard::from_bytes(rest).ok());
+        read.unwrap_or_default()
     }
 
     /// Writes it, whole or not at all.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
-        let bytes = postcard::to_allocvec(self).map_err(io::Error::other)?;
+        let mark = Self::mark().into_bytes();
+        let bytes = postcard::to_extend(self, mark).map_err(io::Error::other)?;
         crate::files::write(&Self::path(folder), bytes)
+    }
+
+    /// What files begin with: another program may have other fields and other methods.
+    fn mark() -> String {
+        format!("{}\n", program())
     }
 
     /// Removes it from a folder that is complete.
@@ -75,6 +84,9 @@ mod tests {
         let file = Checkpoint::path(place.path());
         let bytes = fs::read(&file).expect("there");
         fs::write(&file, &bytes[..bytes.len() - 1]).expect("writable");
+        assert_eq!(Checkpoint::read(place.path()).done, 0);
+        let other = [b"another ".as_slice(), &bytes].concat();
+        fs::write(&file, other).expect("writable");
         assert_eq!(Checkpoint::read(place.path()).done, 0);
         Checkpoint::remove(place.path()).expect("removed");
         Checkpoint::remove(place.path()).expect("nothing to remove");
