@@ -14,7 +14,7 @@ use crate::scene::text::file_error;
 
 /// A glTF file whose structure has been checked. Clones are the same file.
 ///
-/// Its buffers are in memory as long as somebody holds what [`GltfFile::buffers`] gave, no longer.
+/// Its buffers are in memory as long as somebody holds what `buffers` gave, no longer.
 #[derive(Clone)]
 pub struct GltfFile(Arc<Document>);
 
