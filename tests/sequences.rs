@@ -155,6 +155,23 @@ impl Experiment<'_> {
     }
 }
 
+/// Runs a technique with its settings over a sequence, in a folder for several such runs.
+fn run_in(
+    place: &Path,
+    name: &str,
+    (technique, settings): (&str, &str),
+    sequence: &str,
+) -> Vec<(Row, Vec<Line>)> {
+    let experiment = Experiment {
+        place,
+        name,
+        technique,
+        settings,
+        sequence,
+    };
+    experiment.run()
+}
+
 /// The lines of a file but for what differs from run to run: times, and memory as the allocator sees it.
 fn lines(file: &Path) -> Vec<Line> {
     let mut reader = csv::Reader::from_path(file).expect("frames.csv");
@@ -196,16 +213,7 @@ fn errors(row: &Row) -> String {
 fn a_static_camera_gives_its_still_ten_times() {
     for (technique, settings) in TECHNIQUES {
         let place = tempfile::tempdir().expect("a folder");
-        let of = |name, sequence| {
-            let experiment = Experiment {
-                place: place.path(),
-                name,
-                technique,
-                settings,
-                sequence,
-            };
-            experiment.run()
-        };
+        let of = |name, sequence| run_in(place.path(), name, (technique, settings), sequence);
         let still = of("still", "");
         // Frames so close in time that nothing has moved.
         let frames = of("frames", "[sequence]\nframes = 10\nfps = 1e300");
@@ -244,16 +252,7 @@ fn a_static_camera_gives_its_still_ten_times() {
 fn a_sequence_of_one_frame_is_a_still_to_the_bit() {
     for (technique, settings) in TECHNIQUES {
         let place = tempfile::tempdir().expect("a folder");
-        let of = |name, sequence| {
-            let experiment = Experiment {
-                place: place.path(),
-                name,
-                technique,
-                settings,
-                sequence,
-            };
-            experiment.run()
-        };
+        let of = |name, sequence| run_in(place.path(), name, (technique, settings), sequence);
         let still = of("still", "");
         let one = of("one", "[sequence]\nframes = 1");
         let along = of("along", "[sequence]\nframes = 1\npath = 'a'");
@@ -275,14 +274,7 @@ fn four_viewers_are_four_single_runs_with_any_number_of_threads() {
     for (technique, settings) in TECHNIQUES {
         let place = tempfile::tempdir().expect("a folder");
         let run = |name: &str, sequence: &str| {
-            let experiment = Experiment {
-                place: place.path(),
-                name,
-                technique,
-                settings,
-                sequence,
-            };
-            experiment.run()
+            run_in(place.path(), name, (technique, settings), sequence)
         };
         let together = run("all", &format!("{FRAMES}viewers = ['a', 'b', 'c', 'd']"));
         let single_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build();

@@ -6,7 +6,7 @@ use super::config::{Config, ConfigError, Source};
 use super::plan::Planner;
 use super::{Job, Plan, equal_time};
 use crate::image::Image;
-use crate::technique::{Choice, Passes, Rendered, Shot, Stages, Technique, Terms};
+use crate::technique::{Passes, Rendered, Shot, Stages, Technique};
 use crate::trace::RayCounter;
 
 /// The method of single images that is no contender: the shading function at every sample.
@@ -46,17 +46,7 @@ pub fn render_job(
     (technique, shot): (&dyn Technique, &Shot),
     reference: Option<&Image>,
 ) -> Result<Rendered, String> {
-    let render = |count: u64| {
-        let choice = Choice {
-            method: &job.method,
-            parameters: &job.method_parameters,
-            terms: Terms {
-                budget: count as usize,
-                seed: job.seed,
-            },
-        };
-        choice.still(technique, shot, reference)
-    };
+    let render = |count: u64| job.choice(count).still(technique, shot, reference);
     match job.budget.count() {
         Some(count) => render(count),
         None => {

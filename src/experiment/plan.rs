@@ -13,7 +13,7 @@ use super::overrides::Override;
 use super::scene_key;
 use super::scenes::{Additions, FoundScene, find_scenes};
 use super::sequence::Sequence;
-use crate::technique::{Casts, Technique, TechniqueEntry, Terms};
+use crate::technique::{Casts, Choice, Technique, TechniqueEntry, Terms};
 
 /// A resolved experiment: nothing is left to decide before rays are traced.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -133,6 +133,18 @@ impl Job {
         records * technique.map_or(0, |t| t.bytes_per_record())
     }
 
+    /// Its contender, with a number of records, lights or samples.
+    pub(super) fn choice(&self, count: u64) -> Choice<'_> {
+        Choice {
+            method: &self.method,
+            parameters: &self.method_parameters,
+            terms: Terms {
+                budget: count as usize,
+                seed: self.seed,
+            },
+        }
+    }
+
     pub(super) fn built_technique(&self) -> Option<Box<dyn Technique>> {
         let entry = crate::registry::technique(&self.technique)?;
         (entry.build)(&self.technique_parameters).ok()
@@ -233,13 +245,6 @@ impl Planner<'_> {
     pub fn add_jobs(&mut self, plan: &mut Plan) -> Result<(), ConfigError> {
         let config = self.config;
         let technique = self.technique()?;
-        if !self.is_image && !technique.has_contenders() {
-            let message = format!(
-                "{} has no contenders to compare; use `lightbench render`",
-                technique.about.id
-            );
-            return Err(self.source.error(&["technique"], message));
-        }
         let built = (technique.build)(&config.parameters).map_err(|error| {
             let path = ["parameters", &error.key];
             self.source.error(&path, error.message)

@@ -7,16 +7,13 @@ use super::equal_time;
 use super::loaded::Loaded;
 use super::pictures::{self, Shown};
 use super::progress::Progress;
-use super::reference::Reference;
 use super::sequence::{Animation, Checkpoint, FrameRecord, Metrics, Thumbnail};
-use super::truths::Truths;
+use super::truths::{Truth, Truths};
 use super::{Job, LIGHTS_IN_TIME};
 use crate::image::Image;
-use crate::metric::{CompareOptions, Comparison, compare};
+use crate::metric::{CompareOptions, Comparison, compare, pixel_errors};
 use crate::scene::View;
-use crate::technique::{
-    Choice, Contender, Film, Rendered, Shot, Started, Technique, Terms, play_frame,
-};
+use crate::technique::{Contender, Film, Rendered, Shot, Started, Technique, play_frame};
 use crate::world::Moment;
 
 /// A job and all that it is played with.
@@ -106,21 +103,11 @@ impl Player<'_> {
         Ok(state.frames)
     }
 
+    /// The contender; `count` is what a budget in seconds was found to pay for.
     fn start(&self, count: Option<u64>) -> Result<Box<dyn Contender + '_>, String> {
-        let choice = self.choice(count.or(self.job.budget.count()).unwrap_or(1));
-        let started = choice.start(self.technique);
+        let count = count.or(self.job.budget.count()).unwrap_or(1);
+        let started = self.job.choice(count).start(self.technique);
         started.map(|Started { contender, .. }| contender)
-    }
-
-    fn choice(&self, count: u64) -> Choice<'_> {
-        Choice {
-            method: &self.job.method,
-            parameters: &self.job.method_parameters,
-            terms: Terms {
-                budget: count as usize,
-                seed: self.job.seed,
-            },
-        }
     }
 
     /// The world one frame before the next one that is played, with settings searched for again: the beginning, or
@@ -149,6 +136,9 @@ impl Player<'_> {
 
     /// The exposure of each viewer, by its first shot.
     fn exposures(&self, loaded: &mut Loaded) -> Result<Vec<f32>, String> {
+        if !self.technique.decides_exposure() {
+            return Ok(vec![1.0; self.job.sequence.viewers.len()]);
+        }
         let first = self.job.sequence.frames[0];
         let views = loaded.views(self.job, first)?;
         let moment = loaded.world.at(self.job.sequence.time_s(first));
@@ -199,13 +189,13 @@ impl Player<'_> {
         truths: &mut Truths,
     ) -> Result<(), String> {
         let references = shots.iter().map(|shot| self.truth(truths, shot));
-        let references = references.collect::<Result<Vec<Rc<Reference>>, _>>()?;
-        let means: Vec<&Image> = references.iter().map(|r| &r.mean).collect();
+        let references = references.collect::<Result<Vec<Rc<Truth>>, _>>()?;
+        let means: Vec<&Image> = references.iter().map(|r| &r.reference.mean).collect();
         contender.search(shots, &means)
     }
 
-    fn truth(&self, truths: &mut Truths, shot: &Shot) -> Result<Rc<Reference>, String> {
-        truths.reference(self.job, (self.technique, shot), self.progress)
+    fn truth(&self, truths: &mut Truths, shot: &Shot) -> Result<Rc<Truth>, String> {
+        truths.of(self.job, (self.technique, shot), self.progress)
     }
 
     /// The images of the first frame with as many lights or samples as take some seconds, and their number.
@@ -230,6 +220,7 @@ impl Player<'_> {
     ) -> Result<(), String> {
         let sequence = &self.job.sequence;
         let exposure = self.technique.exposure_stops(frame.shots[0].scene);
+        let cold = self.cold_images(frame, (state.count, truths))?;
         let mut errors = Vec::new();
         for (shot, rendered) in frame.shots.iter().zip(images) {
             let mut record = FrameRecord {
@@ -240,22 +231,28 @@ impl Player<'_> {
             };
             let mut measured = None;
             if sequence.is_measured(frame.place) {
-                let reference = self.truth(truths, shot)?;
+                let truth = self.truth(truths, shot)?;
+                let reference = &truth.reference;
                 let comparison = self.compare(&reference.mean, &rendered.image, exposure)?;
                 let error = pictures::difference(&rendered.image, &reference.mean);
-                let before = state.errors.get(usize::from(shot.viewer));
+                let viewer = usize::from(shot.viewer);
+                let before = state.errors.get(viewer);
                 record.error_change = before.map(|before| mean_square_change(&error, before));
                 record.metrics = Some(Metrics::of(&comparison));
-                record.reference = Some(truths.key(self.job, shot)?);
+                record.reference = Some(truth.key.clone());
                 record.reference_floor = reference.floor();
-                record.rmse_cold = self.cold((frame, shot), &record, (&reference, truths))?;
+                record.rmse_cold = match cold.get(viewer) {
+                    Some(image) => Some(pixel_errors(&reference.mean, image).mse.sqrt()),
+                    // Without memory a frame alone is the same.
+                    None => sequence.cold.then_some(comparison.rmse),
+                };
                 errors.push(error);
-                measured = Some((reference, comparison));
+                measured = Some((truth, comparison));
             }
             let shown = Shown {
                 shot,
                 rendered: &rendered,
-                measured: measured.as_ref().map(|(r, c)| (&r.mean, c)),
+                measured: measured.as_ref().map(|(t, c)| (&t.reference.mean, c)),
                 key: record.reference.as_deref().unwrap_or_default(),
                 exposure,
             };
@@ -284,27 +281,26 @@ impl Player<'_> {
             .map_err(|e| e.to_string())
     }
 
-    /// RMSE of a viewer's image by a contender that remembers nothing, where that is asked for.
-    fn cold(
+    /// The images of a measured frame by a contender that has seen no frame before; none where that is not asked for,
+    /// and where contenders have no memory.
+    fn cold_images(
         &self,
-        (frame, shot): (&Frame, &Shot),
-        record: &FrameRecord,
-        (reference, truths): (&Reference, &mut Truths),
-    ) -> Result<Option<f64>, String> {
-        let warm = record.metrics.map(|metrics| metrics.rmse);
-        if !self.job.sequence.cold {
-            return Ok(None);
+        frame: &Frame,
+        (count, truths): (Option<u64>, &mut Truths),
+    ) -> Result<Vec<Image>, String> {
+        let sequence = &self.job.sequence;
+        if !sequence.cold || !sequence.is_measured(frame.place) {
+            return Ok(Vec::new());
         }
-        let mut contender = self.start(None)?;
+        let mut contender = self.start(count)?;
         if !contender.remembers() {
-            return Ok(warm);
+            return Ok(Vec::new());
         }
         if contender.searches() {
             self.search(contender.as_mut(), frame.shots, truths)?;
         }
         let images = play_frame(contender.as_mut(), frame.shots)?;
-        let image = &images[usize::from(shot.viewer)].image;
-        Ok(Some(self.compare(&reference.mean, image, 0.0)?.rmse))
+        Ok(images.into_iter().map(|rendered| rendered.image).collect())
     }
 
     /// Writes the pictures of a frame that are kept.

@@ -14,6 +14,13 @@ use crate::technique::{Shot, Technique};
 /// Bytes of references and layers that are held between jobs; longer sequences read or make them again.
 const HELD_BYTES: usize = 256 << 20;
 
+/// What one image is measured against.
+pub(super) struct Truth {
+    /// Of the reference in its store.
+    pub key: String,
+    pub reference: Reference,
+}
+
 /// See the module.
 pub(super) struct Truths<'a> {
     store: &'a ReferenceStore,
@@ -21,7 +28,7 @@ pub(super) struct Truths<'a> {
     /// Of each viewer, by its first shot.
     exposures: Option<Vec<f32>>,
     /// By frame and viewer, where all of the sequence can be held.
-    references: Option<HashMap<(u32, u16), Rc<Reference>>>,
+    references: Option<HashMap<(u32, u16), Rc<Truth>>>,
     layers: Option<HashMap<(u32, u16), Option<Image>>>,
 }
 
@@ -68,22 +75,22 @@ impl<'a> Truths<'a> {
     ///
     /// # Errors
     /// A sentence, where the scene has no longer what the viewer follows.
-    pub fn key(&self, job: &Job, shot: &Shot) -> Result<String, String> {
+    fn key(&self, job: &Job, shot: &Shot) -> Result<String, String> {
         let keys = job.references_of(shot.frame, self.description);
         let key = keys.and_then(|keys| keys.into_iter().nth(usize::from(shot.viewer)));
         key.ok_or_else(|| format!("{} has no view or path `{}`", job.scene, job.view))
     }
 
-    /// The complete reference of a shot.
+    /// The complete reference of a shot, with its key.
     ///
     /// # Errors
     /// A sentence, where it can be neither read nor rendered.
-    pub fn reference(
+    pub fn of(
         &mut self,
         job: &Job,
         (technique, shot): (&dyn Technique, &Shot),
         progress: &Progress,
-    ) -> Result<Rc<Reference>, String> {
+    ) -> Result<Rc<Truth>, String> {
         let place = (shot.frame, shot.viewer);
         if let Some(known) = self.references.as_ref().and_then(|held| held.get(&place)) {
             return Ok(known.clone());
@@ -93,10 +100,11 @@ impl<'a> Truths<'a> {
         let obtained = progress.time("references", || {
             self.store.obtain(&key, (technique, shot), &shown)
         });
-        let reference = Rc::new(obtained.map_err(|error| format!("no reference: {error}"))?);
+        let reference = obtained.map_err(|error| format!("no reference: {error}"))?;
+        let truth = Rc::new(Truth { key, reference });
         if let Some(held) = &mut self.references {
-            held.insert(place, reference.clone());
+            held.insert(place, truth.clone());
         }
-        Ok(reference)
+        Ok(truth)
     }
 }

@@ -60,13 +60,6 @@ pub struct Listed {
     pub parts: Vec<&'static About>,
 }
 
-impl TechniqueEntry {
-    /// Whether there is anything to compare.
-    pub fn has_contenders(&self) -> bool {
-        !(self.contenders)().is_empty()
-    }
-}
-
 /// A technique with its parameters set.
 pub trait Technique: Send + Sync {
     /// What it reads of a scene.

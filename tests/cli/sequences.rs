@@ -95,6 +95,7 @@ fn results(folder: &Path) -> Vec<String> {
     found
 }
 
+/// `LIGHTBENCH_KILLS` sets how often, 4 by default.
 #[test]
 fn a_killed_sequence_goes_on_to_the_same_bits() {
     let place = prepare();
@@ -108,38 +109,33 @@ fn a_killed_sequence_goes_on_to_the_same_bits() {
     let took = start_of_all.elapsed();
     let expected = results(&place.path().join("a/whole"));
     assert_eq!(expected.len(), 2 + 2 * 40);
-    let mut kills = 0;
-    for share in [0.3, 0.45, 0.6, 0.4] {
-        let mut child = start(place.path(), "b/killed");
+    let kills = std::env::var("LIGHTBENCH_KILLS").ok();
+    let kills: usize = kills.and_then(|text| text.parse().ok()).unwrap_or(4);
+    let mut alive = 0;
+    for kill in 0..kills {
+        // Spread over the whole run.
+        let share = 0.05 + 0.9 * (0.5 + 0.618_034 * kill as f64).fract();
+        let out = format!("kill{kill}/killed");
+        let mut child = start(place.path(), &out);
         std::thread::sleep(took.mul_f64(share));
         if child.try_wait().expect("runs").is_none() {
             child.kill().expect("killed");
-            kills += 1;
+            alive += 1;
         }
         child.wait().expect("ends");
+        assert!(start(place.path(), &out).wait().expect("ends").success());
+        let folder = place.path().join(&out);
+        assert_eq!(results(&folder), expected, "killed after {share} of a run");
+        let left = fs::read_dir(folder.join("jobs")).expect("jobs");
+        let left = left.map(|entry| entry.expect("an entry").file_name().into_string());
+        for name in left {
+            let name = name.expect("text");
+            assert!(!name.starts_with('.'), "{name} is left");
+            let job = folder.join("jobs").join(name);
+            assert!(!job.join("checkpoint.bin").exists());
+        }
     }
-    assert!(kills > 0, "it was never at work");
-    assert!(
-        start(place.path(), "b/killed")
-            .wait()
-            .expect("ends")
-            .success()
-    );
-    let folder = place.path().join("b/killed");
-    assert_eq!(results(&folder), expected);
-    let left = fs::read_dir(folder.join("jobs")).expect("jobs");
-    let left = left.map(|entry| entry.expect("an entry").file_name().into_string());
-    for name in left {
-        let name = name.expect("text");
-        assert!(!name.starts_with('.'), "{name} is left");
-        assert!(
-            !folder
-                .join("jobs")
-                .join(name)
-                .join("checkpoint.bin")
-                .exists()
-        );
-    }
+    assert!(alive > 0, "it was never at work");
 }
 
 /// Both want each of the 38 references; a lock lets one render it while the other waits.

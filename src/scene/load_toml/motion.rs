@@ -1,5 +1,7 @@
 //! `[[motion]]`.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -22,9 +24,13 @@ struct Frame {
 
 impl Loader {
     pub(super) fn motion(&mut self, keys: &mut Keys) -> Result<(), SceneError> {
+        let shapes = self.scene.shapes.iter();
+        let shapes: Vec<[&str; 2]> = shapes.map(|s| [s.object(), s.name.as_str()]).collect();
+        let lights = self.scene.lights.iter();
+        let lights: Vec<[&str; 2]> = lights.map(|light| [light.name.as_str(); 2]).collect();
         let mut motion = MotionDescription {
-            shapes: self.moved_shapes(keys)?,
-            lights: self.moved_lights(keys)?,
+            shapes: named(keys, ["shape", "shapes"], &shapes)?,
+            lights: named(keys, ["light", "lights"], &lights)?,
             environment: keys.boolean("environment", false)?,
             ..MotionDescription::default()
         };
@@ -67,40 +73,6 @@ impl Loader {
         Ok(())
     }
 
-    fn moved_shapes(&self, keys: &Keys) -> Result<Vec<usize>, SceneError> {
-        let shapes = &self.scene.shapes;
-        let known: Vec<&str> = shapes.iter().map(|shape| shape.object()).collect();
-        let mut moved = Vec::new();
-        for (key, value, name) in names(keys, "shape", "shapes")? {
-            let called = |i: &usize| shapes[*i].name == name || shapes[*i].object() == name;
-            let found: Vec<usize> = (0..shapes.len()).filter(called).collect();
-            if found.is_empty() {
-                return Err(keys.unknown_at(value.span(), (key, name), &known));
-            }
-            moved.extend(found);
-        }
-        moved.sort_unstable();
-        moved.dedup();
-        Ok(moved)
-    }
-
-    fn moved_lights(&self, keys: &Keys) -> Result<Vec<usize>, SceneError> {
-        let lights = &self.scene.lights;
-        let known: Vec<&str> = lights.iter().map(|light| light.name.as_str()).collect();
-        let mut moved = Vec::new();
-        for (key, value, name) in names(keys, "light", "lights")? {
-            let called = |i: &usize| lights[*i].name == name;
-            let found: Vec<usize> = (0..lights.len()).filter(called).collect();
-            if found.is_empty() {
-                return Err(keys.unknown_at(value.span(), (key, name), &known));
-            }
-            moved.extend(found);
-        }
-        moved.sort_unstable();
-        moved.dedup();
-        Ok(moved)
-    }
-
     /// Whether what is moved has what its keys change.
     fn check_frames(
         &self,
@@ -132,6 +104,24 @@ impl Loader {
         };
         Err(keys.error(message))
     }
+}
+
+/// Places, among things that have two names each, of those that are named under a key for one and a key for several.
+fn named(
+    keys: &Keys,
+    [one, several]: [&'static str; 2],
+    things: &[[&str; 2]],
+) -> Result<Vec<usize>, SceneError> {
+    let mut found = BTreeSet::new();
+    for (key, value, name) in names(keys, one, several)? {
+        let called = |i: &usize| things[*i].contains(&name);
+        found.extend((0..things.len()).filter(called));
+        if !things.iter().any(|thing| thing.contains(&name)) {
+            let known: Vec<&str> = things.iter().map(|thing| thing[0]).collect();
+            return Err(keys.unknown_at(value.span(), (key, name), &known));
+        }
+    }
+    Ok(found.into_iter().collect())
 }
 
 /// A named value and its place.
