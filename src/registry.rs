@@ -6,7 +6,7 @@ use crate::environment::ENVIRONMENT_SAMPLERS;
 use crate::placement::{FIRST_STAGES, REFINEMENTS};
 use crate::technique::{
     TechniqueEntry, ambient_occlusion, environment_lighting, importance_caching,
-    irradiance_caching, truth,
+    irradiance_caching, radiance, truth,
 };
 
 /// All techniques.
@@ -17,6 +17,7 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
     importance_caching::ENTRY,
     truth::DIRECT,
     truth::PATH_TRACING,
+    radiance::ENTRY,
 ];
 
 /// The technique with this id or alias, in any case.

@@ -8,9 +8,11 @@ mod light;
 mod path;
 mod surface;
 mod vpl;
+mod walk;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{Emitted, LightSample, Lights, Source};
 pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};
 pub use vpl::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};
+pub use walk::{Leg, Lit, Lobes, Met, Scattered, Vertex};

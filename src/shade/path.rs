@@ -200,7 +200,7 @@ fn survives(carried: &mut Carried, depth: u32, depths: Depths, rng: &mut Rng) ->
 }
 
 /// Veach's power heuristic with exponent 2 for one sample of each of two techniques.
-fn power_heuristic(pdf: f32, other: f32) -> f32 {
+pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
     if pdf <= 0.0 {
         return 0.0;
     }

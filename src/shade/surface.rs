@@ -296,13 +296,99 @@ impl Interaction<'_> {
 
     /// A world direction by importance; `None` absorbs the path.
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
-        let mut sample = self.bsdf.sample(self.local_view, u)?;
-        let world = self.frame.to_world(sample.direction).normalize();
-        if self.inconsistent(sample.direction, world) {
+        self.turned_to_world(self.bsdf.sample(self.local_view, u)?)
+    }
+
+    /// See [`LocalBsdf::base_share`]; `light` is a unit world direction.
+    pub fn base_share(&self, light: Vec3) -> f32 {
+        let local = self.frame.to_local(light);
+        if self.inconsistent(local, light) {
+            return 0.0;
+        }
+        self.bsdf.base_share(self.local_view, local)
+    }
+
+    /// See [`LocalBsdf::evaluate_gloss`]; `light` is a unit world direction.
+    pub fn evaluate_gloss(&self, light: Vec3) -> Vec3 {
+        let local = self.frame.to_local(light);
+        if self.inconsistent(local, light) {
+            return Vec3::ZERO;
+        }
+        self.bsdf.evaluate_gloss(self.local_view, local)
+    }
+
+    /// See [`LocalBsdf::gloss_pdf`]; `light` is a unit world direction.
+    pub fn gloss_pdf(&self, light: Vec3) -> f32 {
+        let local = self.frame.to_local(light);
+        if self.inconsistent(local, light) {
+            return 0.0;
+        }
+        self.bsdf.gloss_pdf(self.local_view, local)
+    }
+
+    /// See [`LocalBsdf::gloss_chance`].
+    pub fn gloss_chance(&self) -> f32 {
+        self.bsdf.gloss_chance(self.local_view)
+    }
+
+    /// See [`LocalBsdf::sample_gloss`]; unit world direction.
+    pub fn sample_gloss(&self, u: [f32; 3]) -> Option<BsdfSample> {
+        let sample = self.bsdf.sample_gloss(self.local_view, u)?;
+        self.turned_to_world(sample)
+    }
+
+    /// A unit world direction to which either part scatters, the gloss with the chance
+    /// [`Interaction::gloss_chance`]. Unlike [`Interaction::sample`] it finds the base where that is black.
+    pub fn sample_part(&self, u: [f32; 3]) -> Option<BsdfSample> {
+        let chance = self.gloss_chance();
+        let local = if u[0] < chance {
+            let u = [u[0] / chance, u[1], u[2]];
+            let gloss = self.bsdf.sample_gloss(self.local_view, u)?;
+            if gloss.delta {
+                return self.turned_to_world(BsdfSample {
+                    weight: gloss.weight / chance,
+                    pdf_sr: gloss.pdf_sr * chance,
+                    ..gloss
+                });
+            }
+            gloss.direction
+        } else {
+            self.bsdf.sample_base(self.local_view, [u[1], u[2]])?
+        };
+        let pdf_sr = self.local_part_pdf(local);
+        if pdf_sr <= 0.0 {
             return None;
         }
-        sample.direction = world;
-        Some(sample)
+        self.turned_to_world(BsdfSample {
+            direction: local,
+            weight: self.bsdf.evaluate(self.local_view, local) / pdf_sr,
+            pdf_sr,
+            delta: false,
+        })
+    }
+
+    /// Density (1/sr) of [`Interaction::sample_part`] for a unit world direction, without delta parts.
+    pub fn part_pdf(&self, light: Vec3) -> f32 {
+        let local = self.frame.to_local(light);
+        if self.inconsistent(local, light) {
+            return 0.0;
+        }
+        self.local_part_pdf(local)
+    }
+
+    fn local_part_pdf(&self, local: Vec3) -> f32 {
+        let chance = self.gloss_chance();
+        let base = (1.0 - chance) * self.bsdf.base_pdf(self.local_view, local);
+        base + chance * self.bsdf.gloss_pdf(self.local_view, local)
+    }
+
+    fn turned_to_world(&self, sample: BsdfSample) -> Option<BsdfSample> {
+        let direction = self.frame.to_world(sample.direction).normalize();
+        let consistent = !self.inconsistent(sample.direction, direction);
+        consistent.then_some(BsdfSample {
+            direction,
+            ..sample
+        })
     }
 
     /// Bump mapping must not turn a direction to the other side of the unperturbed surface.

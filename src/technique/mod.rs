@@ -15,6 +15,7 @@ mod passes;
 mod path_samples;
 mod paths;
 mod per_sample;
+pub mod radiance;
 mod running_mean;
 mod shot;
 mod stages;

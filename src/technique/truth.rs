@@ -31,7 +31,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: Parameters::PARAMETERS,
     },
-    build: |table| Ok(Box::new(Truth::new(table, None)?)),
+    build: |table| Ok(Box::new(Truth::new(table, None, CONTENDERS)?)),
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
     units: &[&SAMPLES],
     default_method: "reference",
@@ -51,7 +51,13 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         failures: &["light through glass and by mirrors is indirect, hence absent"],
         parameters: Parameters::PARAMETERS,
     },
-    build: |table| Ok(Box::new(Truth::new(table, Some(DIRECT_LIGHTING))?)),
+    build: |table| {
+        Ok(Box::new(Truth::new(
+            table,
+            Some(DIRECT_LIGHTING),
+            CONTENDERS,
+        )?))
+    },
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
     units: &[&SAMPLES],
     default_method: "reference",
@@ -61,7 +67,7 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
 parameters! {
     /// Parameters of both truths.
     #[derive(Clone, Debug)]
-    struct Parameters {
+    pub(super) struct Parameters {
         /// Seed of the camera paths.
         seed: u64 = 1, AtLeast(0.0);
         /// Paths of each pixel of the reference; without it spp.
@@ -69,17 +75,24 @@ parameters! {
     }
 }
 
-/// A path-traced technique; `max_depth` replaces the scene's.
+/// A path-traced technique.
 pub struct Truth {
     parameters: Parameters,
+    /// Replaces the scene's.
     max_depth: Option<u32>,
+    contenders: &'static [ContenderEntry<Truth>],
 }
 
 impl Truth {
-    fn new(table: &toml::Table, max_depth: Option<u32>) -> Result<Self, ParameterError> {
+    pub(super) fn new(
+        table: &toml::Table,
+        max_depth: Option<u32>,
+        contenders: &'static [ContenderEntry<Truth>],
+    ) -> Result<Self, ParameterError> {
         Ok(Self {
             parameters: Parameters::read(table)?,
             max_depth,
+            contenders,
         })
     }
 
@@ -130,10 +143,10 @@ impl Technique for Truth {
         parameters: &toml::Table,
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError> {
-        match CONTENDERS.iter().find(|e| e.about.answers_to(id)) {
+        match self.contenders.iter().find(|e| e.about.answers_to(id)) {
             Some(entry) => entry.started(self, parameters, terms),
             None => {
-                let known: Vec<&str> = CONTENDERS.iter().map(|e| e.about.id).collect();
+                let known: Vec<&str> = self.contenders.iter().map(|e| e.about.id).collect();
                 let known = known.join(", ");
                 let message = format!("no contender is called `{id}`; known: {known}");
                 Err(ParameterError::new("id", message))

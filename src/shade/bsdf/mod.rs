@@ -8,6 +8,7 @@ mod diffuse;
 pub mod fresnel;
 mod lobes;
 mod microfacet;
+mod parts;
 mod plastic;
 #[cfg(test)]
 mod tests;

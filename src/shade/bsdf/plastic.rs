@@ -15,13 +15,13 @@ use super::{Boundary, BsdfSample, Gloss, Lobes, fresnel};
 pub struct Coating {
     ior: f32,
     /// `None` for the smooth coating.
-    facets: Option<Microfacets>,
+    pub(super) facets: Option<Microfacets>,
     /// Transmittance from outside over the cosine, 0 to 1 in equal steps (rough coating only).
     transmittance: Vec<f32>,
     /// Mean reflectance from inside under diffuse light.
     internal_reflectance: f32,
     /// Mean transmittance from outside under diffuse light.
-    entering: f32,
+    pub(super) entering: f32,
     /// Polynomial of the transmittance, see [`polynomial`].
     fit: [f32; 9],
 }
@@ -71,7 +71,7 @@ impl Coating {
     }
 
     /// Share of light at this cosine that enters the coating.
-    fn transmittance(&self, cos: f32) -> f32 {
+    pub(super) fn transmittance(&self, cos: f32) -> f32 {
         if self.facets.is_none() {
             return 1.0 - fresnel::dielectric(cos, self.ior).reflectance;
         }
@@ -192,7 +192,7 @@ impl Plastic<'_> {
     }
 
     /// Probability of sampling the coating's reflection from a direction.
-    fn specular_probability(&self, transmittance: f32) -> f32 {
+    pub(super) fn specular_probability(&self, transmittance: f32) -> f32 {
         let [d, s] = [self.diffuse.element_sum(), self.specular.element_sum()];
         let coat = (1.0 - transmittance) * s;
         let base = transmittance * d;
@@ -213,9 +213,19 @@ impl Plastic<'_> {
             return base;
         };
         let half = (view + light).normalize();
+        base + self.specular * self.coating_reflection(facets, view, [light, half])
+    }
+
+    /// What the coating's facets reflect from `light` to `view` × cosine of `light`, but for its colour.
+    pub(super) fn coating_reflection(
+        &self,
+        facets: Microfacets,
+        view: Vec3,
+        [light, half]: [Vec3; 2],
+    ) -> f32 {
         let boundary = fresnel::dielectric(view.dot(half), self.coating.ior).reflectance;
         let masking = facets.masking(view, half) * facets.masking(light, half);
-        base + self.specular * (boundary * facets.density(half) * masking / (4.0 * view.z))
+        boundary * facets.density(half) * masking / (4.0 * view.z)
     }
 
     pub(super) fn pdf(&self, view: Vec3, light: Vec3) -> f32 {

@@ -1,0 +1,29 @@
+//! Radiance over a sequence: contenders are given the shots of one frame after another and keep what they learned of
+//! the light in the scene. The truth is path tracing of every measured frame.
+
+use super::truth::{Parameters, Truth};
+use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
+use crate::entry::{About, Bias};
+
+/// What it compares.
+static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
+
+/// The registry's entry.
+pub const ENTRY: TechniqueEntry = TechniqueEntry {
+    about: About {
+        id: "radiance",
+        module: include_str!("mod.rs"),
+        aliases: &["global-illumination"],
+        summary: "all light over the frames of a sequence, by caches that remember and by path tracing",
+        source: "Roth et al. 2020; truth: path tracing to the scene's max_depth",
+        bias: Bias::Unbiased,
+        version: 1,
+        failures: &["caustics of small lights through smooth glass converge slowly"],
+        parameters: Parameters::PARAMETERS,
+    },
+    build: |table| Ok(Box::new(Truth::new(table, None, CONTENDERS)?)),
+    contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
+    units: &[&SAMPLES],
+    default_method: "paths",
+    of_contenders: &[],
+};
