@@ -1,5 +1,6 @@
-//! Shading points, nearest-record search and interpolation weights, shared by cached techniques.
+//! Shading points, nearest-record search and interpolation weights, and cells in world space, shared by cached techniques.
 
+pub mod hash;
 pub mod interpolation;
 mod metric;
 mod points;
