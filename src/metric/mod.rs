@@ -19,6 +19,7 @@ mod z_test;
 
 pub use compare::{CompareOptions, Comparison, Maps, compare, compare_files};
 pub use error::MetricError;
+pub use flip::lab;
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, ExposureRange, Flip, pixels_per_degree};
 pub use ms_ssim::{MsSsim, ms_ssim};
 pub use pixel::{PixelErrors, absolute_error, pixel_errors, psnr};

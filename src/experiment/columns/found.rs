@@ -126,6 +126,81 @@ pub const FOUND: &[ColumnEntry] = &[
         Unit::None,
         "share of samples without a neighbour to upsample from",
     ),
+    found(
+        ("cells", "cells"),
+        Unit::Count,
+        "cells of the cache, of all levels",
+    ),
+    found(
+        ("data_bytes", "data"),
+        Unit::Bytes,
+        "bytes of what all cells hold",
+    ),
+    found(
+        ("map_bytes", "maps"),
+        Unit::Bytes,
+        "bytes of the maps of all levels",
+    ),
+    found(
+        ("keyless_map_bytes", "maps without keys"),
+        Unit::Bytes,
+        "bytes that the maps of all levels would take as the paper's, 4.4 a cell",
+    ),
+    found(
+        ("finest_density", "density"),
+        Unit::None,
+        "share of the finest level's cells that surfaces pass",
+    ),
+    found(
+        ("finest_data_bytes", "data, finest"),
+        Unit::Bytes,
+        "bytes of what cells of the finest level hold",
+    ),
+    found(
+        ("finest_map_bytes", "map, finest"),
+        Unit::Bytes,
+        "bytes of the finest level's map",
+    ),
+    found(
+        ("finest_keyless_map_bytes", "map without keys, finest"),
+        Unit::Bytes,
+        "bytes that the finest level's map would take as the paper's",
+    ),
+    found(
+        ("map_rebuilds", "map rebuilds"),
+        Unit::Count,
+        "how often building a map began anew with more slots",
+    ),
+    found(
+        ("stored_samples", "stored samples"),
+        Unit::Count,
+        "samples that a frame gave to the cache",
+    ),
+    found(
+        ("cells_updated", "cells updated"),
+        Unit::Count,
+        "cells that a frame changed, of all levels",
+    ),
+    found(
+        ("absent_cells", "absent cells"),
+        Unit::Count,
+        "lookups where no cell is, which maps without keys would answer with another cell",
+    ),
+    found(
+        ("holes", "holes"),
+        Unit::None,
+        "vertices of a camera sample whose cell had no samples",
+    ),
+    found(
+        ("unfilled_holes", "unfilled holes"),
+        Unit::None,
+        "holes of a camera sample that no neighbour could fill, shown by coarser cells",
+    ),
+    found(
+        ("cut_paths", "cut paths"),
+        Unit::None,
+        "share of camera samples that were still glossy at their last vertex",
+    ),
 ];
 
 /// A number without a better way.

@@ -59,16 +59,17 @@ fn lab_curve(t: f32) -> f32 {
     }
 }
 
-/// Linear RGB to L*a*b* with chroma scaled by 0.01 L (Hunt effect).
-fn hunt_lab(rgb: [f32; 3]) -> [f32; 3] {
+/// Linear RGB to CIE L*a*b* under D65.
+pub fn lab(rgb: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = relative_xyz(rgb).map(lab_curve);
-    let lightness = 116.0 * y - 16.0;
+    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+}
+
+/// [`lab`] with chroma scaled by 0.01 L (Hunt effect).
+fn hunt_lab(rgb: [f32; 3]) -> [f32; 3] {
+    let [lightness, a, b] = lab(rgb);
     let hunt = 0.01 * lightness;
-    [
-        lightness,
-        hunt * (500.0 * (x - y)),
-        hunt * (200.0 * (y - z)),
-    ]
+    [lightness, hunt * a, hunt * b]
 }
 
 /// City-block distance in lightness plus Euclidean distance in chroma.

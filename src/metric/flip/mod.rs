@@ -9,6 +9,7 @@ mod exposure;
 mod kernel;
 mod map;
 
+pub use color::lab;
 pub use exposure::ExposureRange;
 
 use crate::image::{Image, Plane, ToneCurve, clamp_unit};

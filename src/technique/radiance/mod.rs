@@ -1,12 +1,19 @@
 //! Radiance over a sequence: contenders are given the shots of one frame after another and keep what they learned of
 //! the light in the scene. The truth is path tracing of every measured frame.
 
+mod fill;
+mod filter;
+mod hash_cache;
+mod layers;
+mod reconstruct;
+
 use super::truth::{Parameters, Truth};
 use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
 use crate::entry::{About, Bias};
 
 /// What it compares.
-static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
+static CONTENDERS: &[ContenderEntry<Truth>] =
+    &[path_samples::ENTRY, running_mean::ENTRY, hash_cache::ENTRY];
 
 /// The registry's entry.
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
@@ -24,6 +31,6 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     build: |table| Ok(Box::new(Truth::new(table, None, CONTENDERS)?)),
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
     units: &[&SAMPLES],
-    default_method: "paths",
+    default_method: "hash-cache",
     of_contenders: &[],
 };
