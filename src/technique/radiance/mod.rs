@@ -2,9 +2,10 @@
 //! the light in the scene. The truth is path tracing of every measured frame.
 
 mod fill;
-mod filter;
+pub mod filter;
+mod filtered_paths;
 mod hash_cache;
-mod layers;
+pub mod layers;
 mod reconstruct;
 
 use super::truth::{Parameters, Truth};
@@ -12,8 +13,12 @@ use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean}
 use crate::entry::{About, Bias};
 
 /// What it compares.
-static CONTENDERS: &[ContenderEntry<Truth>] =
-    &[path_samples::ENTRY, running_mean::ENTRY, hash_cache::ENTRY];
+static CONTENDERS: &[ContenderEntry<Truth>] = &[
+    path_samples::ENTRY,
+    running_mean::ENTRY,
+    filtered_paths::ENTRY,
+    hash_cache::ENTRY,
+];
 
 /// The registry's entry.
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
