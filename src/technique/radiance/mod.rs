@@ -6,14 +6,19 @@ mod filter;
 mod hash_cache;
 mod layers;
 mod reconstruct;
+mod sharc;
 
 use super::truth::{Parameters, Truth};
 use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
 use crate::entry::{About, Bias};
 
 /// What it compares.
-static CONTENDERS: &[ContenderEntry<Truth>] =
-    &[path_samples::ENTRY, running_mean::ENTRY, hash_cache::ENTRY];
+static CONTENDERS: &[ContenderEntry<Truth>] = &[
+    path_samples::ENTRY,
+    running_mean::ENTRY,
+    hash_cache::ENTRY,
+    sharc::ENTRY,
+];
 
 /// The registry's entry.
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
