@@ -28,7 +28,7 @@ fn cheap(id: &str) -> toml::Table {
         "irradiance-caching" => "side = 8\nreference_passes = 64",
         "importance-caching" => "lights = 64",
         "environment-lighting" => "reference_samples = 256\nreference_passes = 4",
-        "path-tracing" | "direct-lighting" => "reference_passes = 64",
+        "path-tracing" | "direct-lighting" | "radiance" => "reference_passes = 64",
         other => panic!("no cheap parameters for {other}: add them"),
     };
     text.parse().expect("toml")

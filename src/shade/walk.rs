@@ -119,6 +119,48 @@ impl PathTracer<'_> {
         Met::Sky(Vec3::ZERO)
     }
 
+    /// The radiance that arrives against a leg by paths of up to `depth` edges, and the leg's length where it ends at
+    /// a surface.
+    pub fn arriving(
+        &self,
+        caster: &Caster,
+        mut leg: Leg,
+        depth: u32,
+        rng: &mut Rng,
+    ) -> (Vec3, Option<f32>) {
+        let (mut sum, mut throughput) = (Vec3::ZERO, Vec3::ONE);
+        let mut length = None;
+        for edge in 1..=depth {
+            let vertex = match self.meet(caster, leg, rng) {
+                Met::Sky(radiance) => {
+                    sum += throughput * radiance;
+                    break;
+                }
+                Met::Surface(vertex) => vertex,
+            };
+            length.get_or_insert(vertex.distance);
+            sum += throughput * vertex.emission;
+            if edge == depth {
+                break;
+            }
+            if !vertex.at.bsdf.is_delta()
+                && let Some(lit) = self.lit(caster, &vertex.at, Lobes::All, rng)
+            {
+                sum += throughput * lit.scattered;
+            }
+            let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+            let Some(scattered) = self.scattered(&vertex.at, Lobes::All, u) else {
+                break;
+            };
+            throughput *= scattered.weight;
+            if throughput == Vec3::ZERO {
+                break;
+            }
+            leg = scattered.leg;
+        }
+        (sum, length)
+    }
+
     fn sky(&self, leg: &Leg) -> Vec3 {
         let direction = leg.ray.direction;
         let radiance = self.lights().environment(direction);
@@ -226,7 +268,8 @@ mod tests {
                 let ray = Ray::new(view.origin.as_vec3(), view.direction(x, y, [64, 36]));
                 let radiance = paths.radiance(&caster, ray, &mut rng, Depths::up_to(4));
                 add(&mut traced, luminance(radiance));
-                let radiance = walk(&paths, &caster, ray, &mut rng);
+                let leg = Leg::from_camera(ray);
+                let (radiance, _) = paths.arriving(&caster, leg, 4, &mut rng);
                 add(&mut walked, luminance(radiance.into()));
             }
             let mean = |sums: [f64; 2]| sums[0] / PATHS as f64;
@@ -241,30 +284,5 @@ mod tests {
         let value = f64::from(value);
         sums[0] += value;
         sums[1] += value * value;
-    }
-
-    fn walk(paths: &PathTracer, caster: &Caster, ray: Ray, rng: &mut Rng) -> Vec3 {
-        let (mut sum, mut throughput) = (Vec3::ZERO, Vec3::ONE);
-        let mut leg = Leg::from_camera(ray);
-        for depth in 1..=4 {
-            let vertex = match paths.meet(caster, leg, rng) {
-                Met::Sky(radiance) => return sum + throughput * radiance,
-                Met::Surface(vertex) => vertex,
-            };
-            sum += throughput * vertex.emission;
-            if depth == 4 {
-                break;
-            }
-            if let Some(lit) = paths.lit(caster, &vertex.at, Lobes::All, rng) {
-                sum += throughput * lit.scattered;
-            }
-            let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
-            let Some(scattered) = paths.scattered(&vertex.at, Lobes::All, u) else {
-                break;
-            };
-            throughput *= scattered.weight;
-            leg = scattered.leg;
-        }
-        sum
     }
 }

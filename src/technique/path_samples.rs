@@ -1,8 +1,8 @@
 //! The contender `paths` of path tracing and direct lighting: a number of paths through each pixel of a frame, without memory.
 
 use super::truth::{TracedPaths, Truth};
-use super::{Contender, ContenderEntry, Passes, Rendered, Shot, Terms};
-use crate::entry::{About, Bias, check_keys};
+use super::{Contender, ContenderEntry, Passes, Rendered, Shot};
+use crate::entry::{About, Bias, parameters};
 use crate::trace::RayCounter;
 
 /// Entry in the list of their contenders.
@@ -16,29 +16,41 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         bias: Bias::Unbiased,
         version: 1,
         failures: &["noise falls with the square root of the samples only"],
-        parameters: &[],
+        parameters: Parameters::PARAMETERS,
     },
     start: |technique, table, terms| {
-        check_keys(table, &[])?;
-        Ok(Box::new(PathSamples { technique, terms }))
+        let parameters = Parameters::read(table)?;
+        Ok(Box::new(PathSamples {
+            technique,
+            samples: terms.budget as u32 * parameters.times,
+            seed: terms.seed,
+        }))
     },
 };
 
+parameters! {
+    #[derive(Clone, Copy, Debug)]
+    struct Parameters {
+        /// Paths for each that the budget grants: how many times as many a cache is worth.
+        times: u32 = 1, Within(1.0, 65536.0);
+    }
+}
+
 struct PathSamples<'a> {
     technique: &'a Truth,
-    terms: Terms,
+    /// Paths of a pixel.
+    samples: u32,
+    seed: u64,
 }
 
 impl Contender for PathSamples<'_> {
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
-        let samples = self.terms.budget as u32;
-        let render = |shot| {
-            sampled(
-                shot,
-                &self.technique.contender_paths(shot, self.terms.seed),
-                0,
-                samples,
-            )
+        let samples = self.samples;
+        let render = |shot: &Shot| {
+            // Each frame takes other paths, or its noise would stick to the screen.
+            let first = shot.frame.wrapping_mul(samples);
+            let paths = self.technique.contender_paths(shot, self.seed);
+            sampled(shot, &paths, first, samples)
         };
         Ok(shots.iter().map(render).collect())
     }

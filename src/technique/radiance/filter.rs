@@ -146,8 +146,8 @@ impl Smoothed {
     /// Means of the sums; pixels without weights stay as they are, and those without gloss keep their own.
     fn divide(&mut self, centre: &[f32], width: usize) {
         let gloss = &centre[Plane::Gloss as usize * width..][..width];
-        for x in 0..width {
-            for (part, counts) in [true, gloss[x] > 0.0].into_iter().enumerate() {
+        for (x, gloss) in gloss.iter().enumerate() {
+            for (part, counts) in [true, *gloss > 0.0].into_iter().enumerate() {
                 let weight = self.sums[4 * part * width + x];
                 if !counts || weight <= 0.0 {
                     continue;
@@ -232,7 +232,7 @@ fn ln(x: f32) -> f32 {
     let bits = x.to_bits();
     let exponent = (bits >> 23) as i32 - 127;
     let t = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000) - 1.0;
-    let series = 0.289_474_78 + t * (-0.136_062_75 + t * 0.032_158_45);
+    let series = 0.289_474_8 + t * (-0.136_062_75 + t * 0.032_158_45);
     let series = t * (0.999_495_56 + t * (-0.491_908_96 + t * series));
     exponent as f32 * std::f32::consts::LN_2 + series
 }

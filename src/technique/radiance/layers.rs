@@ -254,15 +254,13 @@ impl Layers {
     fn mean_around(&self, layer: usize, [x, y]: [usize; 2]) -> Option<Vec3> {
         for radius in 1..=FILL_RADIUS {
             let (mut sum, mut count) = (Vec3::ZERO, 0);
+            let columns = x.saturating_sub(radius)..(x + radius + 1).min(self.width);
             for v in y.saturating_sub(radius)..(y + radius + 1).min(self.height) {
                 let base = self.at(layer, v, Plane::Base);
-                let planes = self.planes(layer, v);
-                let rgb = |c: usize, u: usize| planes[(Plane::E as usize + c) * self.width + u];
-                for u in x.saturating_sub(radius)..(x + radius + 1).min(self.width) {
-                    if base[u] > 0.0 {
-                        sum += Vec3::from_array([0, 1, 2].map(|c| rgb(c, u)));
-                        count += 1;
-                    }
+                let e = &self.planes(layer, v)[Plane::E as usize * self.width..];
+                for u in columns.clone().filter(|u| base[*u] > 0.0) {
+                    sum += Vec3::from_array([0, 1, 2].map(|c| e[c * self.width + u]));
+                    count += 1;
                 }
             }
             if count > 0 {

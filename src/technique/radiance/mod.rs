@@ -2,9 +2,10 @@
 //! the light in the scene. The truth is path tracing of every measured frame.
 
 mod fill;
-mod filter;
+pub mod filter;
+mod filtered_paths;
 mod hash_cache;
-mod layers;
+pub mod layers;
 mod reconstruct;
 mod sharc;
 
@@ -16,6 +17,7 @@ use crate::entry::{About, Bias};
 static CONTENDERS: &[ContenderEntry<Truth>] = &[
     path_samples::ENTRY,
     running_mean::ENTRY,
+    filtered_paths::ENTRY,
     hash_cache::ENTRY,
     sharc::ENTRY,
 ];
