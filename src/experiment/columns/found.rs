@@ -201,6 +201,26 @@ pub const FOUND: &[ColumnEntry] = &[
         Unit::None,
         "share of camera samples that were still glossy at their last vertex",
     ),
+    found(
+        ("occupancy", "occupancy"),
+        Unit::None,
+        "share of the hash table's slots that are taken",
+    ),
+    found(
+        ("evicted", "evicted"),
+        Unit::Count,
+        "cells that a frame gave up for their age",
+    ),
+    found(
+        ("blended", "blended"),
+        Unit::Count,
+        "new cells of a frame that began with what another level holds",
+    ),
+    found(
+        ("dropped_samples", "dropped samples"),
+        Unit::Count,
+        "samples of a frame that found no slot in the hash table",
+    ),
 ];
 
 /// A number without a better way.

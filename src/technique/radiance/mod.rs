@@ -7,6 +7,7 @@ mod filtered_paths;
 mod hash_cache;
 pub mod layers;
 mod reconstruct;
+mod sharc;
 
 use super::truth::{Parameters, Truth};
 use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
@@ -18,6 +19,7 @@ static CONTENDERS: &[ContenderEntry<Truth>] = &[
     running_mean::ENTRY,
     filtered_paths::ENTRY,
     hash_cache::ENTRY,
+    sharc::ENTRY,
 ];
 
 /// The registry's entry.
