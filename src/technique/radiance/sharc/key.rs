@@ -101,7 +101,7 @@ pub struct Place {
 /// The grid about one camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid {
-    camera: Vec3,
+    camera: DVec3,
     /// Side of a cell over its distance to the camera.
     slope: f32,
 }
@@ -116,10 +116,7 @@ impl Grid {
 
     /// Cells about a camera whose sides are about `slope` times their distance to it.
     pub fn about(camera: DVec3, slope: f32) -> Self {
-        Self {
-            camera: camera.as_vec3(),
-            slope,
-        }
+        Self { camera, slope }
     }
 
     /// The cell of a surface point with its unit normal; `None` for what is not finite.
@@ -128,7 +125,7 @@ impl Grid {
     /// share cells. *Differs:* a position beyond 2¹⁶ cells from the origin takes the finest level that can number it,
     /// where SHaRC wraps around to the key of another cell.
     pub fn place(&self, position: Vec3, normal: Vec3) -> Option<Place> {
-        let distance = position.distance(self.camera);
+        let distance = position.as_dvec3().distance(self.camera) as f32;
         let biased = position + POSITION_BIAS * distance;
         let wanted = distance * self.slope * std::f32::consts::SQRT_2;
         if !(biased.is_finite() && normal.is_finite() && wanted.is_finite()) {

@@ -371,8 +371,7 @@ fn survives(step: &mut Step, throughput: &mut Vec3, rng: &mut Rng) -> bool {
 /// SHaRC's filter: what arrives with a heavy weight is limited to 5 to 10 times what the cell held before, the more its
 /// samples the more; with few samples it is divided by the root of the weight.
 fn limited(arriving: Vec3, weight: f32, before: Option<&Cell>) -> Vec3 {
-    // False for what is not a number, which is left to be found later.
-    if !(weight > HEAVY) {
+    if weight.is_nan() || weight <= HEAVY {
         return arriving;
     }
     let held = before.map_or(0.0, |cell| luminance(cell.mean.into()));
@@ -436,21 +435,14 @@ mod tests {
     #[test]
     fn heavy_samples_are_limited_by_what_the_cell_held() {
         let bright = Vec3::splat(100.0);
-        let cell = |samples| Cell {
-            mean: Vec3::ONE,
-            samples,
-            ..Cell::default()
-        };
+        let cell = |samples| Cell::new(Vec3::ONE, samples);
         let after = |weight, cell: Option<Cell>| limited(bright, weight, cell.as_ref()).x;
         assert_eq!(after(2.0, Some(cell(50.0))), 100.0, "a light weight");
         assert!((after(4.0, Some(cell(50.0))) - 10.0).abs() < 1e-4);
         assert!((after(4.0, Some(cell(7.0))) - 7.5).abs() < 1e-4);
         assert_eq!(after(4.0, Some(cell(2.0))), 50.0, "few samples");
         assert_eq!(after(4.0, None), 50.0);
-        let black = Cell {
-            samples: 50.0,
-            ..Cell::default()
-        };
+        let black = Cell::new(Vec3::ZERO, 50.0);
         assert_eq!(
             after(4.0, Some(black)),
             50.0,

@@ -175,13 +175,12 @@ impl Table {
         let key = self.keys[slot];
         let held = |key| self.get(key).filter(|cell| cell.frames > 0);
         let adjacent = held(key.parent()).copied().or_else(|| {
-            let mut sum = Cell::default();
+            let (mut sum, mut samples) = (Vec3::ZERO, 0.0);
             for child in key.children().filter_map(held) {
-                sum.mean += child.mean * child.samples;
-                sum.samples += child.samples;
+                sum += child.mean * child.samples;
+                samples += child.samples;
             }
-            sum.mean /= sum.samples;
-            (sum.samples > 0.0).then_some(sum)
+            (samples > 0.0).then(|| Cell::new(sum / samples, samples))
         });
         let Some(adjacent) = adjacent else {
             return false;
@@ -228,6 +227,15 @@ impl Table {
 }
 
 impl Cell {
+    /// A cell of this frame.
+    pub fn new(mean: Vec3, samples: f32) -> Self {
+        Self {
+            mean,
+            samples,
+            ..Self::default()
+        }
+    }
+
     fn add(&mut self, samples: &[Sample]) {
         let before = self.mean.as_dvec3() * f64::from(self.samples);
         let sum = samples
