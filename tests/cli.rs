@@ -166,22 +166,19 @@ fn repository(path: &str) -> String {
 #[test]
 fn every_shipped_config_plans() {
     let place = Place::new();
-    let mut configs = vec![
-        repository("configs/quickstart.toml"),
-        repository("configs/stability.toml"),
-        repository("configs/stability-importance-caching.toml"),
-        repository("configs/stability-irradiance-caching.toml"),
-    ];
-    for folder in [
-        "configs/cache-placement",
-        "configs/environment",
-        "configs/own",
-    ] {
-        for entry in fs::read_dir(repository(folder)).expect("configs") {
-            configs.push(entry.expect("entry").path().display().to_string());
+    let mut folders = vec![PathBuf::from(repository("configs"))];
+    let mut configs = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("configs") {
+            let path = entry.expect("entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                configs.push(path.display().to_string());
+            }
         }
     }
-    assert!(configs.len() >= 15);
+    assert!(configs.len() >= 50);
     for config in configs {
         let output = place.lightbench(&["plan", &config]);
         assert_eq!(output.code, 0, "{config}: {}", output.err);

@@ -209,4 +209,4 @@ impl HashCells {
 
 #[cfg(test)]
 #[path = "levels_tests.rs"]
-mod tests;
+pub(super) mod tests;

@@ -5,19 +5,19 @@ use glam::Vec3;
 use crate::cache::hash::{HashCells, Look, MapKind, Options, Precision, Sample, Update};
 use crate::sample::Rng;
 
-const HALF: Options = Options {
+pub(in crate::cache::hash) const HALF: Options = Options {
     levels: 5,
     map: MapKind::Cuckoo,
     precision: Precision::Half,
 };
 
-const SINGLE: Options = Options {
+pub(in crate::cache::hash) const SINGLE: Options = Options {
     precision: Precision::Single,
     ..HALF
 };
 
 /// A floor at z = 0 and a wall at x = 0 that stands on it, both four wide.
-fn corner() -> (Vec<Vec3>, Vec<[u32; 3]>) {
+pub(in crate::cache::hash) fn corner() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let at = |x, y, z| Vec3::new(x, y, z);
     let positions = vec![
         at(0.0, 0.0, 0.0),
@@ -31,7 +31,7 @@ fn corner() -> (Vec<Vec3>, Vec<[u32; 3]>) {
     (positions, triangles)
 }
 
-fn cells(options: Options) -> HashCells {
+pub(in crate::cache::hash) fn cells(options: Options) -> HashCells {
     let (positions, triangles) = corner();
     HashCells::new(&positions, &triangles, options).expect("few cells")
 }
@@ -46,7 +46,7 @@ fn sample(position: Vec3, normal: Vec3, value: f32) -> Sample {
 }
 
 /// Samples all over both walls, on both sides.
-fn random_samples(seed: u64, count: usize) -> Vec<Sample> {
+pub(in crate::cache::hash) fn random_samples(seed: u64, count: usize) -> Vec<Sample> {
     let mut rng = Rng::new(seed, 0, 0, 0);
     (0..count)
         .map(|_| {
@@ -242,6 +242,7 @@ fn half_means_freeze_and_single_ones_do_not() {
     assert_eq!(samples, 100_000);
     assert!((single - truth).abs() < 0.01, "{single}");
     let (half, samples) = drift(HALF);
+    println!("half {half}, single {single}, true {truth}");
     assert_eq!(samples, 65_535);
     // Once a sample's share is under half a unit in the last place, 1/2048 of the mean, it moves nothing.
     assert!((half - truth).abs() > 0.03, "{half} did not freeze");
@@ -288,45 +289,6 @@ fn what_is_wiped_is_empty_and_forgotten() {
     cells.wipe();
     cells.stamp = 0;
     assert_eq!(cells.look(5, on, Vec3::Z), Look::Empty);
-}
-
-#[test]
-fn memory_gives_the_same_looks() {
-    for options in [HALF, SINGLE] {
-        let mut before = cells(options);
-        before.update(random_samples(1, 100));
-        before.wipe();
-        before.update(random_samples(2, 300));
-        let bytes = postcard::to_allocvec(&before.memory()).expect("serialised");
-        let memory: Vec<super::super::LevelMemory> = postcard::from_bytes(&bytes).expect("read");
-        let mut after = cells(options);
-        after.update(random_samples(3, 300));
-        after.recall(&memory).expect("the same cells");
-        assert_eq!(after.memory(), memory);
-        // And they go on the same.
-        for seed in [4, 5] {
-            for probe in random_samples(seed, 500) {
-                for level in 0..=5 {
-                    let look = |c: &HashCells| c.look(level, probe.position, probe.normal);
-                    assert_eq!(look(&before), look(&after));
-                }
-            }
-            before.update(random_samples(seed, 300));
-            after.update(random_samples(seed, 300));
-        }
-    }
-    let memory = cells(HALF).memory();
-    assert!(
-        cells(Options { levels: 4, ..HALF })
-            .recall(&memory)
-            .is_err()
-    );
-    let mut learned = cells(HALF);
-    learned.update(random_samples(1, 10));
-    assert!(cells(SINGLE).recall(&learned.memory()).is_err());
-    let (positions, triangles) = corner();
-    let mut other = HashCells::new(&positions, &triangles[..2], HALF).expect("few cells");
-    assert!(other.recall(&memory).is_err());
 }
 
 #[test]

@@ -56,7 +56,7 @@ impl Table {
     /// The slot that a 32-bit hash stands for.
     #[inline]
     pub fn position(&self, hash: u32) -> usize {
-        (u64::from(hash) * self.slots.len() as u64 >> 32) as usize
+        ((u64::from(hash) * self.slots.len() as u64) >> 32) as usize
     }
 
     /// Two independent hashes of a key.

@@ -76,3 +76,49 @@ impl HashCells {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cache::hash::Options;
+    use crate::cache::hash::levels::tests::{HALF, SINGLE, cells, corner, random_samples};
+
+    #[test]
+    fn memory_gives_the_same_looks() {
+        for options in [HALF, SINGLE] {
+            let mut before = cells(options);
+            before.update(random_samples(1, 100));
+            before.wipe();
+            before.update(random_samples(2, 300));
+            let bytes = postcard::to_allocvec(&before.memory()).expect("serialised");
+            let memory: Vec<LevelMemory> = postcard::from_bytes(&bytes).expect("read");
+            let mut after = cells(options);
+            after.update(random_samples(3, 300));
+            after.recall(&memory).expect("the same cells");
+            assert_eq!(after.memory(), memory);
+            // And they go on the same.
+            for seed in [4, 5] {
+                for probe in random_samples(seed, 500) {
+                    for level in 0..=5 {
+                        let look = |c: &HashCells| c.look(level, probe.position, probe.normal);
+                        assert_eq!(look(&before), look(&after));
+                    }
+                }
+                before.update(random_samples(seed, 300));
+                after.update(random_samples(seed, 300));
+            }
+        }
+        let memory = cells(HALF).memory();
+        assert!(
+            cells(Options { levels: 4, ..HALF })
+                .recall(&memory)
+                .is_err()
+        );
+        let mut learned = cells(HALF);
+        learned.update(random_samples(1, 10));
+        assert!(cells(SINGLE).recall(&learned.memory()).is_err());
+        let (positions, triangles) = corner();
+        let mut other = HashCells::new(&positions, &triangles[..2], HALF).expect("few cells");
+        assert!(other.recall(&memory).is_err());
+    }
+}

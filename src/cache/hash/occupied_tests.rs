@@ -110,7 +110,7 @@ fn hit_points_have_a_cell_wherever_the_scene_is() {
         }
         let grid = Grid::around(&positions, &triangles, 12);
         // Few triangles at a time: all together have millions of cells.
-        for triangle in &triangles[..] {
+        for triangle in &triangles {
             let corners = triangle.map(|v| positions[v as usize]);
             let small = (corners[0] - corners[1])
                 .length()

@@ -58,13 +58,12 @@ impl Triangle {
         if (centre + half).cmplt(self.low).any() || (centre - half).cmpgt(self.high).any() {
             return false;
         }
-        // All at once, so that they are computed in pairs; no axis stops the others.
-        let mut apart = 0.0f64;
+        // All axes without a branch, so that several are computed at once.
+        let mut apart = false;
         for i in 0..AXES {
             let on = self.x[i] * centre.x + self.y[i] * centre.y + self.z[i] * centre.z;
-            let gap = (on - self.middle[i]).abs() - self.half[i] - self.reach[i] * half;
-            apart = if gap > apart { gap } else { apart };
+            apart |= (on - self.middle[i]).abs() > self.half[i] + self.reach[i] * half;
         }
-        apart <= 0.0
+        !apart
     }
 }

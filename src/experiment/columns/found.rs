@@ -33,7 +33,7 @@ pub const FOUND: &[ColumnEntry] = &[
     found(
         ("misses", "misses"),
         Unit::Count,
-        "lookups that found no record",
+        "lookups that found no record or no samples",
     ),
     found(
         ("threshold", "threshold"),

@@ -246,6 +246,7 @@ impl HashCache {
         rendered.non_finite += read.non_finite;
         let share = |count: u64| count as f64 / (shot.pixels() as u64 * u64::from(passes)) as f64;
         rendered.found.extend([
+            ("misses", read.misses as f64),
             ("absent_cells", read.absent as f64),
             ("holes", share(filled.holes)),
             ("unfilled_holes", share(filled.unfilled)),

@@ -42,6 +42,8 @@ pub struct Reading {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Read {
     pub lookups: u64,
+    /// Lookups that found no samples, or no cell.
+    pub misses: u64,
     /// Looks at places without a cell; a map without keys would have read another cell there.
     pub absent: u64,
     /// Paths that were still glossy at their last vertex.
@@ -55,6 +57,7 @@ pub struct Read {
 impl Read {
     pub fn add(&mut self, other: &Self) {
         self.lookups += other.lookups;
+        self.misses += other.misses;
         self.absent += other.absent;
         self.cut += other.cut;
         self.non_finite += other.non_finite;
@@ -258,14 +261,15 @@ impl<'a> Reader<'a> {
 
     fn look(&mut self, level: u32, position: Vec3, normal: Vec3) -> Option<Vec3> {
         self.read.lookups += 1;
-        match self.cells.look(level, position, normal) {
-            Look::Found { value, samples } if samples >= self.reading.least_samples => Some(value),
-            Look::Absent => {
-                self.read.absent += 1;
-                None
-            }
-            _ => None,
+        let look = self.cells.look(level, position, normal);
+        if let Look::Found { value, samples } = look
+            && samples >= self.reading.least_samples
+        {
+            return Some(value);
         }
+        self.read.misses += 1;
+        self.read.absent += u64::from(look == Look::Absent);
+        None
     }
 
     fn finite(&mut self, value: Vec3) -> Vec3 {

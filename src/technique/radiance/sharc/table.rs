@@ -17,9 +17,9 @@ pub struct Cell {
     /// Samples in the mean, those that the window of frames has faded out left out.
     pub samples: f32,
     /// Frames since the first sample, up to the window; 0 in the frame of the first.
-    frames: u32,
+    pub frames: u32,
     /// Frames since the last sample.
-    stale: u32,
+    pub stale: u32,
 }
 
 /// A sample of the light in a cell.
