@@ -55,7 +55,7 @@ fn experiment(technique: &str) -> &'static str {
             "parameters = { reference_passes = 8 }\nsamples = 2\n\
              [[scene]]\nname = 'cornell-curved'"
         }
-        "direct-lighting" => {
+        "direct-lighting" | "radiance" => {
             "parameters = { reference_passes = 8 }\nsamples = 2\n\
              [[scene]]\nname = 'cornell-curved'"
         }

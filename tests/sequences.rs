@@ -210,7 +210,7 @@ fn errors(row: &Row) -> String {
 }
 
 #[test]
-fn a_static_camera_gives_its_still_ten_times() {
+fn a_static_camera_gives_its_still_ten_times_but_for_random_paths() {
     for (technique, settings) in TECHNIQUES {
         let place = tempfile::tempdir().expect("a folder");
         let of = |name, sequence| run_in(place.path(), name, (technique, settings), sequence);
@@ -222,14 +222,17 @@ fn a_static_camera_gives_its_still_ten_times() {
             assert!(none.is_empty(), "a still has no frames.csv");
             assert_eq!(lines.len(), 10, "{label}");
             assert_eq!((row.frames, row.viewers), (10, 1));
+            // Paths are others in each frame: their noise flickers as a renderer's does.
+            let random = still.label == "paths";
             for line in lines {
                 // Of a scene that moves, keys of references tell the time.
                 let changes = ["frame", "time_s", "error_change", "reference"];
                 let first = without(&lines[0], &changes);
-                assert_eq!(first, without(line, &changes), "{label}");
+                let alike = first == without(line, &changes);
+                assert_eq!(alike, !random || line[0].1 == "0", "{label}: {line:?}");
             }
             let cell = |name: &str| {
-                lines[9]
+                lines[if random { 0 } else { 9 }]
                     .iter()
                     .find(|(n, _)| n == name)
                     .expect(name)
@@ -242,8 +245,10 @@ fn a_static_camera_gives_its_still_ten_times() {
                 "{label}"
             );
             assert_eq!(cell("rays"), still.rays.to_string(), "{label}");
-            assert_eq!(row.rays, 10 * still.rays, "{label}");
-            assert_eq!(row.flicker, Some(0.0), "{label}");
+            assert_eq!(row.flicker == Some(0.0), !random, "{label}");
+            if !random {
+                assert_eq!(row.rays, 10 * still.rays, "{label}");
+            }
         }
     }
 }
