@@ -185,6 +185,10 @@ fn add_lanes(
         )
     };
     let its = |plane: usize| load(other, plane * run.width + run.starts[1] + first, count);
+    // Deep layers are empty almost everywhere.
+    if own(Plane::Surface) == [0.0; LANES] {
+        return;
+    }
     let weight = weights(scales, &own, &|plane| its(plane as usize));
     for (part, of_it) in [Plane::Base, Plane::Gloss].into_iter().enumerate() {
         let of_it = its(of_it as usize);
