@@ -50,6 +50,7 @@ fn sequence() -> Sequence {
         measure_every: 1,
         kept: vec![0, 3, 7, 11],
         cold: false,
+        skip_unmeasured: false,
     }
 }
 

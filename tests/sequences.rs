@@ -354,3 +354,41 @@ fn checkpoints_change_nothing_and_memory_helps() {
     assert_eq!(whole[0].1, saved[0].1);
     assert!(whole[0].0.rmse_cold > whole[0].0.rmse, "memory helps");
 }
+
+#[test]
+fn frames_that_nobody_looks_at_may_be_left_out_by_contenders_without_memory() {
+    let place = tempfile::tempdir().expect("a folder");
+    let settings = "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n[[method]]\nid = 'running-mean'\n";
+    let sequence = "[sequence]\nframes = 9\nfps = 80\nviewers = ['a', 'c']\nwarm_up = 2\nmeasure_every = 3\nkeep = [0, 5]";
+    let technique = ("path-tracing", settings);
+    let played = run_in(place.path(), "played", technique, sequence);
+    let skipping = format!("{sequence}\nskip_unmeasured = true");
+    let skipped = run_in(place.path(), "skipped", technique, &skipping);
+    let [(all, all_lines), (remembering, remembered)] = &played[..] else {
+        panic!("two rows");
+    };
+    let (some, some_lines) = &skipped[0];
+    assert_eq!(errors(all), errors(some));
+    assert_eq!((all.flicker, some.flicker), (None, None));
+    assert_eq!((all.frames, some.frames, some.frames_measured), (9, 4, 3));
+    assert!(
+        some.notes[0].starts_with("4 of 9 frames"),
+        "{:?}",
+        some.notes
+    );
+    let frame = |line: &Line| {
+        line.iter()
+            .find(|(name, _)| name == "frame")
+            .expect("named")
+            .1
+            .clone()
+    };
+    let kept: Vec<Line> = all_lines
+        .iter()
+        .filter(|line| ["0", "2", "5", "8"].contains(&frame(line).as_str()))
+        .cloned()
+        .collect();
+    assert_eq!(&kept, some_lines);
+    assert_eq!(remembered, &skipped[1].1, "what remembers sees every frame");
+    assert_eq!(remembering.notes, skipped[1].0.notes);
+}

@@ -65,6 +65,7 @@ pub struct Row {
     pub serial_share: Map<String, Value>,
     pub rmse: Option<f64>,
     pub relmse: Option<f64>,
+    pub relmse_display: Option<f64>,
     pub psnr: Option<f64>,
     pub ssim: Option<f64>,
     pub ms_ssim: Option<f64>,
@@ -138,6 +139,12 @@ impl Row {
     pub(super) fn rays_per_image(&self) -> Option<f64> {
         let images = (self.frames * self.viewers).max(1) as f64;
         Some((self.rays + self.shadow_rays) as f64 / images)
+    }
+
+    /// CPU time of all threads a frame and viewer.
+    pub(super) fn cpu_seconds_per_image(&self) -> Option<f64> {
+        let images = (self.frames * self.viewers).max(1) as f64;
+        Some(self.cpu_seconds_total / images)
     }
 
     /// Whether the job finished.

@@ -68,6 +68,8 @@ pub struct Comparison {
     pub mae: f64,
     /// `relmse` without the worst 0.1 % of the pixels.
     pub relmse_trimmed: f64,
+    /// `relmse` of display values: exposed, clamped and sRGB-coded.
+    pub relmse_display: f64,
     /// SSIM and MS-SSIM of the luma 0.2126 R + 0.7152 G + 0.0722 B of display values.
     pub ssim_luma: f64,
     pub ms_ssim_luma: f64,
@@ -118,10 +120,9 @@ pub fn compare(
         Display::new(&test, options),
     ];
     let structure = Structure::of([&displays[0].coded, &displays[1].coded]);
-    let display_mse = if options.display_referred {
-        errors.mse
-    } else {
-        pixel_errors(&displays[0].coded, &displays[1].coded).mse
+    let shown = match options.display_referred {
+        true => errors,
+        false => pixel_errors(&displays[0].coded, &displays[1].coded),
     };
     let flip = Flip::new(options.pixels_per_degree);
     let flip_ldr = flip.ldr(&displays[0].linear, &displays[1].linear);
@@ -132,7 +133,7 @@ pub fn compare(
     Ok(Comparison {
         rmse: errors.mse.sqrt(),
         relmse: errors.relmse,
-        psnr: psnr(display_mse),
+        psnr: psnr(shown.mse),
         ssim: structure.ssim,
         ms_ssim: structure.ms_ssim,
         flip_ldr: flip_ldr.mean(),
@@ -143,6 +144,7 @@ pub fn compare(
         negative: replaced.iter().map(|counts| counts.negative).sum(),
         mae: errors.mae,
         relmse_trimmed: errors.relmse_trimmed,
+        relmse_display: shown.relmse,
         ssim_luma: structure.ssim_luma,
         ms_ssim_luma: structure.ms_ssim_luma,
         ms_ssim_scales: structure.scales,

@@ -213,6 +213,12 @@ pub const COLUMNS: &[ColumnEntry] = &[
         "relative mean square error",
         |r| r.relmse,
     ),
+    metric(
+        ("relmse_display", "relMSE of display values"),
+        LOWER,
+        "as relMSE, of images that are exposed, clamped and sRGB-coded: what papers report that tone-map first",
+        |r| r.relmse_display,
+    ),
     entry(
         ("psnr", "PSNR"),
         (Unit::Decibel, HIGHER),
@@ -263,6 +269,12 @@ pub const COLUMNS: &[ColumnEntry] = &[
         LOWER,
         "closest-hit and any-hit rays of a frame for one viewer",
         Row::rays_per_image,
+    ),
+    entry(
+        ("cpu_seconds_per_image", "CPU time a frame and viewer"),
+        (Unit::Seconds, LOWER),
+        "CPU time of all threads, without a search for settings, of a frame for one viewer",
+        Cells::Derived(Row::cpu_seconds_per_image),
     ),
     metric(
         ("rmse_worst", "worst RMSE"),

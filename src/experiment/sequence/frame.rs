@@ -44,6 +44,7 @@ pub struct FrameRecord {
 pub struct Metrics {
     pub rmse: f64,
     pub relmse: f64,
+    pub relmse_display: f64,
     /// `None` where the images are equal.
     pub psnr: Option<f64>,
     pub ssim: f64,
@@ -74,6 +75,7 @@ impl Metrics {
         Self {
             rmse: comparison.rmse,
             relmse: comparison.relmse,
+            relmse_display: comparison.relmse_display,
             psnr: comparison.psnr,
             ssim: comparison.ssim,
             ms_ssim: comparison.ms_ssim,
@@ -130,6 +132,14 @@ impl Row {
         self.bytes_cache = most_at_once(frames, |f| f.bytes_cache);
         self.bytes_work = frames.iter().map(|f| f.bytes_work).max().unwrap_or(0);
         let images = frames.len().max(1) as f64;
+        let rendered = frames.len() as u64 / self.viewers.max(1);
+        if rendered < self.frames {
+            self.notes.push(format!(
+                "{} of {} frames were rendered, those that are measured or kept: totals are of these",
+                rendered, self.frames
+            ));
+            self.frames = rendered;
+        }
         self.caches = self
             .caches
             .map(|_| (sum(|f| f.records) as f64 / images).round() as u64);
@@ -194,6 +204,7 @@ impl Row {
         self.rmse = root_mean_square(&each(|m| m.rmse));
         self.rmse_worst = each(|m| m.rmse).into_iter().reduce(f64::max);
         self.relmse = mean(&each(|m| m.relmse));
+        self.relmse_display = mean(&each(|m| m.relmse_display));
         self.psnr = mean(&some(|m| m.psnr));
         self.ssim = mean(&each(|m| m.ssim));
         self.ms_ssim = mean(&each(|m| m.ms_ssim));
@@ -283,6 +294,7 @@ pub(super) fn line(frame: &FrameRecord, stages: &[&str]) -> Map<String, Value> {
     put("rmse_cold", frame.rmse_cold.into());
     put("error_change", frame.error_change.map(f64::sqrt).into());
     put("relmse", metric(|m| m.relmse).into());
+    put("relmse_display", metric(|m| m.relmse_display).into());
     put("psnr", metrics.and_then(|m| m.psnr).into());
     put("ssim", metric(|m| m.ssim).into());
     put("ms_ssim", metric(|m| m.ms_ssim).into());

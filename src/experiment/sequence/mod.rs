@@ -33,6 +33,9 @@ pub struct Sequence {
     pub kept: Vec<u32>,
     /// Whether each measured frame is also rendered without memory.
     pub cold: bool,
+    /// Whether contenders without memory leave out frames that nobody looks at.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub skip_unmeasured: bool,
 }
 
 /// A camera of a sequence.
@@ -68,6 +71,7 @@ impl Sequence {
             measure_every: 1,
             kept: vec![0],
             cold: false,
+            skip_unmeasured: false,
         }
     }
 
@@ -89,6 +93,11 @@ impl Sequence {
     /// Whether a frame is measured, by its place among the frames.
     pub fn is_measured(&self, place: usize) -> bool {
         place >= self.warm_up && (place - self.warm_up).is_multiple_of(self.measure_every)
+    }
+
+    /// Whether a frame is measured or its image kept, by its place among the frames.
+    pub fn is_looked_at(&self, place: usize) -> bool {
+        self.is_measured(place) || self.kept.contains(&self.frames[place])
     }
 
     /// Numbers of the measured frames.

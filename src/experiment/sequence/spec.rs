@@ -41,6 +41,10 @@ pub struct SequenceSpec {
     /// Whether contenders with a memory also render each measured frame without it, for `rmse_cold`.
     #[serde(default)]
     pub cold: bool,
+    /// Whether contenders without a memory leave out frames that are neither measured nor kept: their totals are then of
+    /// fewer frames, so compare costs per image.
+    #[serde(default)]
+    pub skip_unmeasured: bool,
 }
 
 fn thirty() -> f64 {
@@ -140,6 +144,7 @@ impl SequenceSpec {
             warm_up: self.warm_up,
             measure_every: self.measure_every,
             cold: self.cold,
+            skip_unmeasured: self.skip_unmeasured,
             kept: Vec::new(),
             frames,
         };
