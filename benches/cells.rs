@@ -1,4 +1,4 @@
-//! Cells of a scene in world space: finding those that are occupied, building their maps, looking up, and merging samples.
+//! Cells of a scene in world space: finding those that are occupied, building their maps, looking up, reading, and merging samples.
 //!
 //! `cargo bench --bench cells`. The scene is six walls around a ball of 260,000 triangles. Lookups are compared with a
 //! `std::collections::HashMap` of the same keys and a fast hasher; before timing each map is checked to hold them all.
@@ -17,7 +17,8 @@ use lightbench::cache::hash::{
 };
 use lightbench::sample::{Rng, hash};
 
-const KINDS: [MapKind; 3] = [
+const KINDS: [MapKind; 4] = [
+    MapKind::Blocks,
     MapKind::Cuckoo,
     MapKind::CuckooThree,
     MapKind::OpenAddressing,
@@ -218,5 +219,32 @@ fn update(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, rasterise, maps, update);
+/// What reconstruction does at a surface point, but for the ray that finds it.
+fn look(criterion: &mut Criterion) {
+    let scene = scene();
+    let places = samples(&scene, QUERIES);
+    let mut group = criterion.benchmark_group("light at a surface point, 1 thread");
+    group.sample_size(20);
+    group.throughput(Throughput::Elements(QUERIES as u64));
+    for map in KINDS {
+        let options = Options {
+            levels: 10,
+            map,
+            precision: Precision::Single,
+        };
+        let mut cells = HashCells::new(&scene.positions, &scene.triangles, options)
+            .expect("fewer cells than indices");
+        cells.update(places.clone());
+        group.bench_function(format!("{map:?}"), |b| {
+            b.iter(|| {
+                for place in &places {
+                    black_box(cells.look(10, place.position, place.normal));
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, rasterise, maps, update, look);
 criterion_main!(benches);

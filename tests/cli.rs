@@ -187,6 +187,32 @@ fn every_shipped_config_plans() {
 }
 
 #[test]
+fn plans_tell_memory_where_methods_can() {
+    let place = Place::new();
+    let config = repository("configs/papers/hash-cache/memory.toml");
+    let plan = |scene: &str, more: &[&str]| {
+        let asked = [
+            "plan",
+            &config,
+            "method.hash-cache.levels=8",
+            "--memory",
+            "--scene",
+            scene,
+        ];
+        place.lightbench(&[&asked, more].concat())
+    };
+    let output = plan("long-street", &[]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    assert!(output.out.contains("MiB in the cache"), "{}", output.out);
+    let json: serde_json::Value =
+        serde_json::from_str(&plan("long-street", &["--json"]).out).expect("JSON");
+    let memory = json["estimates"]["memory"].as_array().expect("a list");
+    assert_eq!(memory.len(), 2, "two kinds of maps");
+    let bytes = |i: usize| memory[i]["bytes_cache"].as_f64().expect("a number");
+    assert!(bytes(0) > bytes(1) && bytes(1) > 1e6, "{memory:?}");
+}
+
+#[test]
 fn references_are_shared_by_settings_of_contenders_alone() {
     let place = Place::new();
     let config = repository("configs/cache-placement/importance-fig3.toml");

@@ -113,6 +113,9 @@ pub struct PlanArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+    /// Also say how much memory the caches will take, for which the geometry of the scenes is read
+    #[arg(long)]
+    pub memory: bool,
 }
 
 #[derive(Debug, Args)]

@@ -8,7 +8,9 @@ use globset::Glob;
 use super::args::{PlanArgs, Selection};
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Config, Job, Override, Plan, Source, Store, Suite, plan};
+use crate::experiment::{
+    Config, Job, JobMemory, Override, Plan, Source, Store, Suite, foresee, plan,
+};
 
 /// A planned config and its results folder.
 pub struct Planned {
@@ -173,9 +175,16 @@ pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
             plan["estimates"] = serde_json::json!({
                 "record_bytes_peak": record_bytes_peak(&planned),
             });
+            if args.memory {
+                let memory = foresee(&planned.plan.jobs)?;
+                plan["estimates"]["memory"] = memory.iter().map(memory_as_json).collect();
+            }
             say!("{plan:#}");
         } else {
             print(&planned);
+            if args.memory {
+                print_memory(&foresee(&planned.plan.jobs)?);
+            }
         }
     }
     Ok(exit::OK)
@@ -185,6 +194,33 @@ pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
 fn record_bytes_peak(planned: &Planned) -> u64 {
     let jobs = planned.plan.jobs.iter();
     jobs.map(|job| job.estimated_bytes()).max().unwrap_or(0)
+}
+
+fn memory_as_json(memory: &JobMemory) -> serde_json::Value {
+    serde_json::json!({
+        "job": memory.job.id,
+        "bytes_cache": memory.bytes.cache.round(),
+        "bytes_work": memory.bytes.work.round(),
+    })
+}
+
+/// One line for each case whose memory can be foreseen.
+fn print_memory(memory: &[JobMemory]) {
+    if memory.is_empty() {
+        say!("no method of this plan can tell how much memory it will take");
+    }
+    let mebibytes = |bytes: f64| bytes / f64::from(1 << 20);
+    for JobMemory { job, bytes } in memory {
+        let swept: Vec<String> = job.sweep.iter().map(|(k, v)| format!("{k}={v}")).collect();
+        say!(
+            "{:<16} {:<20} {:.1} MiB in the cache, {:.1} MiB of work memory {}",
+            job.scene,
+            job.label,
+            mebibytes(bytes.cache),
+            mebibytes(bytes.work),
+            swept.join(" ")
+        );
+    }
 }
 
 /// One line a job, then the sum.

@@ -24,13 +24,7 @@ impl Loaded {
     pub fn new(job: &Job, technique: &dyn Technique) -> Result<Self, RunError> {
         let needs = technique.needs();
         let declared = describe(job, needs)?;
-        let moved = match job.transform {
-            Some(t) => {
-                let shift = DVec3::from(t.translate);
-                declared.clone().transformed(t.scale, t.rotate_y_deg, shift)
-            }
-            None => declared.clone(),
-        };
+        let moved = moved(job, &declared);
         let scene = Scene::build(&moved, needs)?;
         Ok(Self {
             world: World::declared(scene, &moved),
@@ -80,6 +74,26 @@ impl Film {
             spp: job.spp,
         }
     }
+}
+
+/// A scene scaled, turned and moved as the config says.
+fn moved(job: &Job, declared: &SceneDescription) -> SceneDescription {
+    match job.transform {
+        Some(t) => {
+            let shift = DVec3::from(t.translate);
+            declared.clone().transformed(t.scale, t.rotate_y_deg, shift)
+        }
+        None => declared.clone(),
+    }
+}
+
+/// The positions and triangles of the scene of a job, without anything else.
+///
+/// # Errors
+/// As [`Loaded::new`].
+pub(super) fn geometry(job: &Job) -> Result<Scene, RunError> {
+    let declared = describe(job, Needs::POSITIONS)?;
+    Ok(Scene::build(&moved(job, &declared), Needs::POSITIONS)?)
 }
 
 /// The technique of a job with its parameters.

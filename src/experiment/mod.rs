@@ -12,6 +12,7 @@ mod config;
 mod config_page;
 mod equal_time;
 mod expression;
+mod foresee;
 mod identity;
 mod image;
 mod light_files;
@@ -46,6 +47,7 @@ pub use config::{
 };
 pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
+pub use foresee::{JobMemory, foresee};
 pub use identity::{hash, scene_key};
 pub use image::{EXACT, exact, plan_image, render_job};
 pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};

@@ -117,7 +117,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
 }
 
 /// Whether two jobs look at the same loaded scene.
-fn same_scene(a: &Job, b: &Job) -> bool {
+pub(super) fn same_scene(a: &Job, b: &Job) -> bool {
     let loaded = |job: &Job| {
         let replaced = (job.metres_per_unit, job.max_depth);
         (job.transform, replaced, job.incomplete)

@@ -65,6 +65,12 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// Positions and triangles alone.
+    pub const POSITIONS: Needs = Needs {
+        normals: false,
+        ..Self::GEOMETRY
+    };
+
     /// Geometry with shading normals: what ambient occlusion needs.
     pub const GEOMETRY: Needs = Needs {
         normals: true,

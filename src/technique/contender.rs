@@ -2,11 +2,12 @@
 
 use toml::Table;
 
-use super::{Listed, Shot, Site, Stages, Technique};
+use super::{Film, Listed, Shot, Site, Stages, Technique};
 use crate::entry::{About, ParameterError};
 use crate::environment::LightSet;
 use crate::image::Image;
 use crate::memory::Peak;
+use crate::scene::Scene;
 use crate::trace::RayCounts;
 
 /// A method at work. It lives for one job, is given the shots of one frame after another, and owns what it
@@ -53,6 +54,12 @@ pub trait Contender: Send {
         Ok(())
     }
 
+    /// About how much memory it will take for a shot of a scene, of which no more than the positions and triangles need
+    /// be loaded; `None` where it cannot tell.
+    fn foreseen(&self, _scene: &Scene, _film: Film) -> Option<Foreseen> {
+        None
+    }
+
     /// What went into one pixel (row-major index) of a shot, a line each.
     ///
     /// # Errors
@@ -60,6 +67,15 @@ pub trait Contender: Send {
     fn replay(&mut self, _shot: &Shot, _pixel: u32) -> Result<Vec<String>, String> {
         Err("this method keeps nothing of a pixel to replay".into())
     }
+}
+
+/// Memory that a contender is about to take, bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Foreseen {
+    /// What it keeps.
+    pub cache: f64,
+    /// What it needs beside while a frame is made.
+    pub work: f64,
 }
 
 /// What a contender is granted for a job.

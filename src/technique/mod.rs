@@ -24,7 +24,8 @@ mod unit;
 
 pub use cached::{CachedFunction, CachedTechnique, Lookup};
 pub use contender::{
-    Choice, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Started, Terms, play_frame,
+    Choice, Contender, ContenderEntry, Foreseen, PlacedRecord, Rendered, Search, Started, Terms,
+    play_frame,
 };
 pub use distribution::Distribution;
 

@@ -4,9 +4,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cell::{Cell, Precision, side_of, unpack_normal};
+use super::foreseen;
 use super::grid::{Grid, MOST_LEVELS};
 use super::map::{CellMap, MapKind};
-use super::occupied::{area_in_cells, coarser, occupied_cells};
+use super::occupied::{coarser, occupied_cells};
 
 /// How the cells of a scene are made.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +43,7 @@ pub struct LevelSize {
     pub density: f64,
     /// Bytes of what the cells hold.
     pub bytes_data: usize,
-    /// Bytes of the map, with 8-byte slots.
+    /// Bytes of the map.
     pub bytes_map: usize,
     /// Bytes of the paper's map: 1.1 slots a cell, of 4 bytes without key.
     pub bytes_map_paper: f64,
@@ -94,8 +95,8 @@ impl HashCells {
                 u32::MAX
             )
         };
-        // Before any work, which then would take all memory: a plane touches a cell and a half a face of area.
-        if area_in_cells(&grid, positions, triangles) > 2.0 * f64::from(u32::MAX) {
+        // Before any work, which then would take all memory.
+        if foreseen::cells(&grid, positions, triangles) > 1.5 * f64::from(u32::MAX) {
             return Err(too_many());
         }
         let keys = occupied_cells(&grid, positions, triangles);

@@ -156,6 +156,7 @@ fn walls_in_one_cell_share_the_front_of_the_first_normal() {
 #[test]
 fn every_level_has_all_samples_and_their_mean() {
     for map in [
+        MapKind::Blocks,
         MapKind::Cuckoo,
         MapKind::CuckooThree,
         MapKind::OpenAddressing,
@@ -340,4 +341,35 @@ fn too_many_cells_are_refused_at_once() {
     assert!(error(17).contains("take fewer levels"));
     assert!(error(20).contains("take fewer levels"));
     assert!(error(21).contains("20"));
+}
+
+#[test]
+fn ten_million_cells_are_told_apart() {
+    let (positions, triangles) = corner();
+    let options = Options {
+        levels: 11,
+        map: MapKind::Blocks,
+        ..HALF
+    };
+    let mut cells = HashCells::new(&positions, &triangles, options).expect("fewer than indices");
+    assert!(cells.levels().map(|level| level.cells).sum::<usize>() > 10_000_000);
+    // Points of as many different cells, each with a value of its own.
+    let step = 4.0 / 2048.0;
+    let place = |i: u32| Vec3::new((7 * i % 2047) as f32 + 0.5, i as f32 + 0.5, 0.0) * step;
+    let samples = (1..2000)
+        .map(|i| sample(place(i), Vec3::Z, i as f32))
+        .collect();
+    assert_eq!(cells.update(samples).stored, 1999);
+    for i in 1..2000 {
+        assert_eq!(
+            found(cells.look(11, place(i), Vec3::Z)),
+            (i as f32, 1),
+            "{i}"
+        );
+    }
+    assert_eq!(samples_of(&cells, 0), 1999);
+    assert_eq!(
+        cells.look(11, place(1) + step * Vec3::X, Vec3::Z),
+        Look::Empty
+    );
 }

@@ -3,8 +3,11 @@
 //! A slot holds a 32-bit key and a 32-bit index. A map of 32-bit keys covers 1024³ cells, so that higher levels have several, as in the paper
 //! (section 3.1): the lower 30 bits of a Morton key are looked up in the table that the higher bits choose.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
+use super::blocks::{Blocks, block_of};
 use super::{cuckoo, open};
 use crate::entry::words;
 use crate::memory::room_for;
@@ -12,6 +15,8 @@ use crate::memory::room_for;
 words! {
     /// How a key is found.
     pub enum MapKind {
+        /// Cuckoo hashing with four functions of blocks of 4³ cells, and a bit for each of their cells.
+        Blocks = "blocks",
         /// Cuckoo hashing with four functions.
         Cuckoo = "cuckoo",
         /// Cuckoo hashing with three functions.
@@ -110,7 +115,10 @@ pub struct CellMap {
     /// The table of upper bits below [`DIRECT`], or [`NO_TABLE`].
     direct: [u32; DIRECT],
     tables: Vec<Table>,
+    /// Keys in the tables: of cells, or of their blocks.
     keys: usize,
+    /// Where the tables lead to blocks.
+    blocks: Option<Blocks>,
 }
 
 impl CellMap {
@@ -118,9 +126,15 @@ impl CellMap {
     ///
     /// # Panics
     ///
-    /// If there are more than `u32::MAX` keys.
+    /// If there are more than `u32::MAX` keys, or repeated ones in [`MapKind::Blocks`].
     pub fn build(keys: &[u64], kind: MapKind) -> Self {
         assert!(keys.len() <= u32::MAX as usize, "an index has 32 bits");
+        let mut keys = Cow::Borrowed(keys);
+        let mut blocks = None;
+        if kind == MapKind::Blocks {
+            let (found, names) = Blocks::of(&keys);
+            (keys, blocks) = (Cow::Owned(names), Some(found));
+        }
         let mut parts = Vec::new();
         let mut prefixes = Vec::new();
         let mut direct = [NO_TABLE; DIRECT];
@@ -135,7 +149,7 @@ impl CellMap {
             first += part.len() as u32;
         }
         let build = |keys: &Keys| match kind {
-            MapKind::Cuckoo => cuckoo::build(keys, 4),
+            MapKind::Blocks | MapKind::Cuckoo => cuckoo::build(keys, 4),
             MapKind::CuckooThree => cuckoo::build(keys, 3),
             MapKind::OpenAddressing => open::build(keys),
         };
@@ -145,12 +159,21 @@ impl CellMap {
             direct,
             tables: parts.par_iter().map(build).collect(),
             keys: keys.len(),
+            blocks,
         }
     }
 
     /// Rank of a key, if it is there.
     #[inline]
     pub fn find(&self, key: u64) -> Option<u32> {
+        match &self.blocks {
+            None => self.find_in_tables(key),
+            Some(blocks) => blocks.find(self.find_in_tables(block_of(key))?, key),
+        }
+    }
+
+    #[inline]
+    fn find_in_tables(&self, key: u64) -> Option<u32> {
         let prefix = key >> KEY_BITS;
         let number = match self.direct.get(prefix as usize) {
             Some(&NO_TABLE) => return None,
@@ -160,7 +183,7 @@ impl CellMap {
         let table = &self.tables[number];
         let key = (key & ((1 << KEY_BITS) - 1)) as u32;
         match self.kind {
-            MapKind::Cuckoo => cuckoo::find::<4>(table, key),
+            MapKind::Blocks | MapKind::Cuckoo => cuckoo::find::<4>(table, key),
             MapKind::CuckooThree => cuckoo::find::<3>(table, key),
             MapKind::OpenAddressing => open::find(table, key),
         }
@@ -171,6 +194,7 @@ impl CellMap {
         size_of_val(self.prefixes.as_slice())
             + size_of_val(self.tables.as_slice())
             + self.slots() * size_of::<u64>()
+            + self.blocks.as_ref().map_or(0, Blocks::bytes)
     }
 
     pub fn slots(&self) -> usize {
@@ -193,7 +217,8 @@ mod tests {
     use super::*;
     use crate::sample::Rng;
 
-    const KINDS: [MapKind; 3] = [
+    const KINDS: [MapKind; 4] = [
+        MapKind::Blocks,
         MapKind::Cuckoo,
         MapKind::CuckooThree,
         MapKind::OpenAddressing,
@@ -236,7 +261,7 @@ mod tests {
                 } else {
                     1.0 / 1.1
                 };
-                if bits < 60 {
+                if bits < 60 && kind != MapKind::Blocks {
                     assert!(map.load() <= most && map.load() > 0.5, "{}", map.load());
                 }
                 assert!(map.bytes() >= 8 * map.slots());
@@ -257,7 +282,8 @@ mod tests {
         let keys = random_keys(100_000, 32);
         for kind in KINDS {
             let [a, b] = [0; 2].map(|_| CellMap::build(&keys, kind));
-            assert_eq!(a.tables.len(), 4);
+            // Four times 1024³ cells, or so many blocks and more.
+            assert_eq!(a.tables.len(), if kind == MapKind::Blocks { 1 } else { 4 });
             for (a, b) in a.tables.iter().zip(&b.tables) {
                 assert_eq!(a.slots, b.slots, "{kind:?}");
             }
@@ -279,8 +305,31 @@ mod tests {
     }
 
     #[test]
+    fn surfaces_take_a_sixth_of_the_room_in_blocks() {
+        // A sloping plane of 256² and more cells.
+        let mut keys: Vec<u64> = (0..1u32 << 16)
+            .flat_map(|place| {
+                let [x, y] = [place & 255, place >> 8];
+                let z = (x + 2 * y) / 4;
+                [z, z + 1].map(|z| morton([x, y, z]))
+            })
+            .collect();
+        keys.sort_unstable();
+        let [blocks, cuckoo] =
+            [MapKind::Blocks, MapKind::Cuckoo].map(|kind| check(&keys, kind, 24).bytes());
+        assert!(6 * blocks < cuckoo, "{blocks} {cuckoo}");
+    }
+
+    /// Bits of three coordinates in turn.
+    fn morton(coordinates: [u32; 3]) -> u64 {
+        let bit = |i: usize| u64::from(coordinates[i % 3] >> (i / 3) & 1) << i;
+        (0..24).map(bit).sum()
+    }
+
+    #[test]
     fn repeated_keys_keep_their_first_rank() {
-        for kind in KINDS {
+        for kind in &KINDS[1..] {
+            let kind = *kind;
             let map = CellMap::build(&[3, 3, 5, 5, 5, 9], kind);
             assert_eq!(
                 [3, 5, 9, 4].map(|key| map.find(key)),

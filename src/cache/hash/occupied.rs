@@ -60,17 +60,6 @@ pub fn coarser(keys: &[u64]) -> Vec<u64> {
     parents
 }
 
-/// Area of the triangles in faces of cells of the finest level: about the number of their cells, or two thirds of it.
-pub(super) fn area_in_cells(grid: &Grid, positions: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
-    let area = |triangle: &[u32; 3]| {
-        finite_corners(positions, triangle).map_or(0.0, |corners| {
-            let [a, b, c] = corners.map(|corner| grid.in_cells(corner));
-            0.5 * (b - a).cross(c - a).length()
-        })
-    };
-    triangles.par_iter().map(area).sum()
-}
-
 /// A triangle in a block.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Pair {

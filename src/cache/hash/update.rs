@@ -51,6 +51,11 @@ struct Fresh {
     sides: [Sum; 2],
 }
 
+impl Update {
+    /// Memory that merging takes for each sample, if every one has a cell of its own.
+    pub const BYTES_PER_SAMPLE: usize = size_of::<Sample>() + size_of::<u64>() + size_of::<Fresh>();
+}
+
 impl HashCells {
     /// Merges samples into every level. Ties are summed in the order of `samples`; the result is the same for any number of threads.
     ///
