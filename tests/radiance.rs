@@ -1,6 +1,7 @@
 //! The hash cache of the technique `radiance` in scenes whose light is known, and in those that break caches.
 
 use glam::{DMat4, DVec3};
+use lightbench::environment::EnvironmentDescription;
 use lightbench::image::{Image, luminance};
 use lightbench::registry::technique;
 use lightbench::scene::{
@@ -408,5 +409,46 @@ fn holes_are_shown_by_what_is_known_nearby() {
         for pixel in &rendered.image.pixels {
             assert!(pixel[0] > 1.2 && pixel[0] < 4.0, "{holes}: {pixel:?}");
         }
+    }
+}
+
+#[test]
+fn a_scene_is_seen_from_outside_of_its_cells() {
+    let technique = radiance();
+    let eye = [DVec3::new(9.0, 7.0, 11.0), DVec3::ZERO, DVec3::Y];
+    let cube = ShapeDescription::new("cube", ShapeSource::Cube);
+    let mut description = described(eye, Material::diffuse("grey", [0.5; 3]), vec![cube]);
+    description.views = vec![View::look_at("v", eye, 14.0, SIZE)];
+    description.environment = Some(EnvironmentDescription::Constant { radiance: [1.0; 3] });
+    let built = Built::new(&description);
+    let mut contender = cache(technique.as_ref(), "jitter = 0.0", 16);
+    let rendered = built.play(contender.as_mut(), 2);
+    assert_eq!(found(&rendered, "holes"), 0.0);
+    // Nothing but the sky lights a cube: half of it is sent on, whatever the side.
+    let middle = rendered.image.pixels[SIZE[1] / 2 * SIZE[0] + SIZE[0] / 2];
+    assert!((middle[0] - 0.5).abs() < 0.01, "{middle:?}");
+    assert_eq!(rendered.image.pixels[0], [1.0; 3], "the sky beside it");
+}
+
+#[test]
+fn memory_is_foreseen_from_the_geometry() {
+    let technique = radiance();
+    let built = Built::new(&lamp_room());
+    for map in ["blocks", "cuckoo", "open-addressing"] {
+        let text = format!("levels = 9\nmap = '{map}'");
+        let mut contender = cache(technique.as_ref(), &text, 1);
+        let film = Film {
+            width: SIZE[0],
+            height: SIZE[1],
+            spp: 1,
+        };
+        let geometry = Scene::build(&lamp_room(), Needs::POSITIONS).expect("a scene");
+        let foreseen = contender.foreseen(&geometry, film).expect("it can tell");
+        let held = built.play(contender.as_mut(), 1).bytes_cache as f64;
+        assert!(
+            (foreseen.cache / held - 1.0).abs() < 0.1,
+            "{map}: {foreseen:?} {held}"
+        );
+        assert!(foreseen.work > 0.0);
     }
 }

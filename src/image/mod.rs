@@ -14,6 +14,7 @@ mod false_color;
 #[cfg(test)]
 mod file_tests;
 mod layer;
+mod mean;
 mod overview;
 mod png;
 mod read;
@@ -28,6 +29,7 @@ pub use exr_read::{LayeredImage, read_layers};
 pub use exr_write::write_exr;
 pub use false_color::{Palette, false_color};
 pub use layer::{Attributes, Layer, Plane, Samples};
+pub use mean::ImageMean;
 pub use overview::overview;
 pub use png::{display_bytes, write_png, write_png_coded};
 pub use read::{Encoding, read, read_coded};

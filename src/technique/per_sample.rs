@@ -85,13 +85,13 @@ impl PerSample<'_> {
         let counter = RayCounter::default();
         let function = self.technique.estimator(shot, self.terms.seed);
         let mut passes = Passes::new(shot, function.as_ref());
-        while passes.count < most && (passes.count == 0 || counter.read().all() < budget) {
+        while passes.count() < most && (passes.count() == 0 || counter.read().all() < budget) {
             rendered.stages.time("rendering", || passes.add(&counter));
         }
         rendered.image = passes.mean();
         rendered.non_finite = passes.non_finite;
         rendered.rays = counter.read();
-        rendered.found.push(("passes", f64::from(passes.count)));
+        rendered.found.push(("passes", f64::from(passes.count())));
         rendered
     }
 

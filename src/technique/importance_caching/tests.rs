@@ -366,7 +366,7 @@ fn a_reference_of_paths_is_the_mean_of_path_tracing_and_close_to_the_lights() {
         for _ in 0..technique.reference_samples(1) {
             passes.add(&counter);
         }
-        assert_eq!((passes.count, passes.non_finite), (1000, 0));
+        assert_eq!((passes.count(), passes.non_finite), (1000, 0));
         let reference = passes.mean();
         let contenders = |method: &str, table: &str, seeds: u64| {
             let table: Table = table.parse().expect("toml");

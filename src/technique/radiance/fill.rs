@@ -8,6 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::camera::{jittered, viewer_key};
 use crate::cache::hash::Sample;
 use crate::entry::words;
 use crate::sample::Rng;
@@ -216,9 +217,7 @@ impl Tile {
             for x in self.corner[0]..end[0] {
                 let place = (y * self.size[0] + x) as u64;
                 let mut rng = Rng::new(pass.seed, STREAM ^ viewer_key(shot), place, pass.number);
-                let x = x as f64 + rng.next_f64();
-                let y = y as f64 + rng.next_f64();
-                directions.push(shot.view.direction(x, y, self.size));
+                directions.push(jittered(shot, [x, y], self.size, &mut rng));
                 randoms.push(rng);
             }
         }
@@ -230,9 +229,4 @@ impl Tile {
             path.trace((&shot.paths, caster), (leg, hit), rule, (rng, samples));
         }
     }
-}
-
-/// Keeps the random numbers of viewers apart.
-pub fn viewer_key(shot: &Shot) -> u64 {
-    u64::from(shot.viewer) << 48
 }

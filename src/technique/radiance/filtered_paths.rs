@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::fill::viewer_key;
+use super::camera::{first_leg, viewer_key};
 use super::filter::{Filter, FilterParameters};
 use super::layers::{GlossVertex, LayerVertex, Layers, Setting, Smoothing};
 use crate::entry::{About, Bias, parameters};
@@ -14,7 +14,7 @@ use crate::sample::Rng;
 use crate::shade::{Leg, Lobes, Met};
 use crate::technique::truth::Truth;
 use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
-use crate::trace::{Caster, Ray, RayCounter};
+use crate::trace::{Caster, RayCounter};
 
 /// Entry in the technique's list.
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
@@ -99,11 +99,8 @@ impl FilteredPaths {
             let number = u64::from(shot.frame) * self.terms.budget as u64 + sample;
             let stream = STREAM ^ viewer_key(shot);
             let mut rng = Rng::new(self.terms.seed, stream, pixel, number);
-            let [dx, dy] = [rng.next_f64(), rng.next_f64()];
-            let size = [shot.width, shot.height];
-            let direction = shot.view.direction(x as f64 + dx, y as f64 + dy, size);
-            let ray = Ray::new(shot.view.origin.as_vec3(), direction);
-            let vertex = path(shot, caster, Leg::from_camera(ray), &mut rng);
+            let leg = first_leg(shot, [x, y], &mut rng);
+            let vertex = path(shot, caster, leg, &mut rng);
             if is_finite(&vertex) {
                 mean.add(&vertex);
             } else {

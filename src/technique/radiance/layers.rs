@@ -140,6 +140,11 @@ impl Layers {
         }
     }
 
+    /// Memory of the layers of a pixel, for paths of up to `depth` vertices.
+    pub fn bytes_per_pixel(depth: usize) -> usize {
+        depth * PLANES * size_of::<f32>()
+    }
+
     /// Fills the layers anew, each row by one thread: `fill` gets the row and its number and gives back how many
     /// layers it used and whatever else it found.
     pub fn fill<T: Send>(&mut self, fill: impl Fn(LayerRow, usize) -> (usize, T) + Sync) -> Vec<T> {

@@ -1,6 +1,7 @@
 //! Radiance over a sequence: contenders are given the shots of one frame after another and keep what they learned of
 //! the light in the scene. The truth is path tracing of every measured frame.
 
+mod camera;
 mod fill;
 pub mod filter;
 mod filtered_paths;

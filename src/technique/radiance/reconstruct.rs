@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::camera::{jittered, viewer_key};
 use super::fill::SubPaths;
 use super::layers::{GlossVertex, LayerRow, LayerVertex};
 use crate::cache::hash::{HashCells, Look};
@@ -88,17 +89,18 @@ pub fn row(
     let mut randoms: Vec<Rng> = (0..shot.width)
         .map(|x| {
             let pixel = (y * shot.width + x) as u64;
-            let stream = STREAM ^ super::fill::viewer_key(shot);
-            Rng::new(reading.seed, stream, pixel, reading.number)
+            Rng::new(
+                reading.seed,
+                STREAM ^ viewer_key(shot),
+                pixel,
+                reading.number,
+            )
         })
         .collect();
     let directions: Vec<Vec3> = randoms
         .iter_mut()
         .enumerate()
-        .map(|(x, rng)| {
-            let [dx, dy] = [rng.next_f64(), rng.next_f64()];
-            shot.view.direction(x as f64 + dx, y as f64 + dy, size)
-        })
+        .map(|(x, rng)| jittered(shot, [x, y], size, rng))
         .collect();
     let mut hits = vec![None; directions.len()];
     caster.closest_bundle(origin, &directions, f32::INFINITY, &mut hits);

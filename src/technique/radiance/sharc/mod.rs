@@ -25,16 +25,15 @@ use serde::{Deserialize, Serialize};
 use self::key::{Grid, Key};
 use self::path::{Query, Rule, Tally, Walk};
 use self::table::{Ages, Cell, Merged, Sample, Table};
-use super::fill::viewer_key;
+use super::camera::{first_leg, viewer_key};
 use super::filter::{Filter, FilterParameters};
 use super::layers::{Layers, Setting, Smoothing};
-use crate::entry::{About, Bias, parameters, words};
-use crate::image::Image;
+use crate::entry::{About, Bias, parameters};
+use crate::image::ImageMean;
 use crate::sample::Rng;
-use crate::shade::Leg;
 use crate::technique::truth::Truth;
 use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
-use crate::trace::{Caster, Ray, RayCounter};
+use crate::trace::{Caster, RayCounter};
 
 /// Entry in the technique's list.
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
@@ -45,7 +44,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "radiance in hashed cells by distance, fed by few paths of each frame, where camera paths end",
         source: "NVIDIA SHaRC 1.6; Binder, Fricke & Keller 2018 for the hashing",
         bias: Bias::Biased,
-        version: 1,
+        version: 2,
         failures: &[
             "detail of indirect light below the size of a cell is lost, and light leaks between surfaces that share one",
             "where things or lights move, cells trail behind by up to `history` frames, and those of what has gone stay for `stale_frames`",
@@ -66,21 +65,11 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     },
 };
 
-words! {
-    /// Whether images are smoothed.
-    enum Smoothed {
-        /// No.
-        Off = "off",
-        /// By the filter of `hash-cache`, on what the camera sees first.
-        Plain = "plain",
-    }
-}
-
 parameters! {
     #[derive(Clone, Copy, Debug)]
     struct Parameters {
         /// Side of a cell in projected pixels of whoever looks, within a factor √2.
-        cell_pixels: f32 = 2.0, Within(0.01, 1024.0), "pixels";
+        cell_pixels: f32 = 6.0, Within(0.01, 1024.0), "pixels";
         /// Slots of the hash table, 32 bytes each.
         capacity: usize = 1 << 20, Within(1.0, 268_435_456.0);
         /// Pixels along a side of the tiles that send one feeding path each, in every frame and pass.
@@ -92,15 +81,15 @@ parameters! {
         /// Whether rare bright samples of the cache are limited.
         limit: bool = true;
         /// Samples that a cell must have to be read.
-        least_samples: u32 = 4, Within(1.0, 65535.0);
+        least_samples: u32 = 1, Within(1.0, 65535.0);
         /// Frames that the mean of a cell reaches back.
         history: u32 = 64, Within(1.0, 1024.0), "frames";
         /// Frames without a sample after which a cell is given up.
         stale_frames: u32 = 64, Within(8.0, 1024.0), "frames";
         /// Where camera paths may end on the cache.
         query: Query = Query::Secondary;
-        /// Whether images are smoothed.
-        filter: Smoothed = Smoothed::Off;
+        /// Whether images are smoothed, by the filter of `hash-cache` on what the camera sees first.
+        smoothed: bool = false;
         /// Kernel and edge-stopping of the filter.
         kernel: FilterParameters = FilterParameters::default();
     }
@@ -231,7 +220,7 @@ impl Sharc {
             let mut rng = Rng::new(self.terms.seed, stream, pixel, self.number(shot, pass));
             let x = left + rng.below(width - left);
             let y = top + rng.below(height - top);
-            let leg = camera_leg(shot, [x, y], &mut rng);
+            let leg = first_leg(shot, [x, y], &mut rng);
             walk.feed(caster, leg, &mut rng, &mut samples);
         }
         (samples, walk.tally)
@@ -272,16 +261,16 @@ impl Sharc {
     /// Makes an image of camera paths that end on the cache.
     fn show(&self, shot: &Shot, rendered: &mut Rendered) {
         let setting = Setting {
-            smoothing: match self.parameters.filter {
-                Smoothed::Off => Smoothing::Off,
-                Smoothed::Plain => Smoothing::Plain,
+            smoothing: match self.parameters.smoothed {
+                true => Smoothing::Plain,
+                false => Smoothing::Off,
             },
             filter: Filter::new(self.parameters.kernel),
             exposure: shot.scene.exposure,
         };
         let counter = RayCounter::default();
         let mut layers = Layers::new(shot.width, shot.height, 1);
-        let mut sums = vec![[0.0f64; 3]; shot.pixels()];
+        let mut mean = ImageMean::new(shot.width, shot.height);
         let mut tally = Tally::default();
         for pass in 0..self.terms.budget as u64 {
             let number = self.number(shot, pass);
@@ -293,7 +282,7 @@ impl Sharc {
                         let pixel = (y * shot.width + x) as u64;
                         let stream = STREAMS[1] ^ viewer_key(shot);
                         let mut rng = Rng::new(self.terms.seed, stream, pixel, number);
-                        let leg = camera_leg(shot, [x, y], &mut rng);
+                        let leg = first_leg(shot, [x, y], &mut rng);
                         layers.put(0, x, &walk.shown(&caster, leg, &mut rng));
                     }
                     (1, walk.tally)
@@ -301,15 +290,9 @@ impl Sharc {
             });
             counted.iter().for_each(|counted| tally.add(counted));
             let (image, _) = rendered.stages.time("filter", || layers.image(&setting));
-            for (sum, value) in sums.iter_mut().zip(&image.pixels) {
-                (0..3).for_each(|c| sum[c] += f64::from(value[c]));
-            }
+            mean.add(&image);
         }
-        rendered.image = Image::new(shot.width, shot.height);
-        let passes = self.terms.budget.max(1) as f64;
-        for (pixel, sum) in rendered.image.pixels.iter_mut().zip(&sums) {
-            *pixel = sum.map(|s| (s / passes) as f32);
-        }
+        rendered.image = mean.image();
         rendered.rays += counter.read();
         count(&tally, rendered);
     }
@@ -323,11 +306,4 @@ fn count(tally: &Tally, rendered: &mut Rendered) {
         Some((_, misses)) => *misses += tally.misses as f64,
         None => rendered.found.push(("misses", tally.misses as f64)),
     }
-}
-
-/// A ray through a random place of a pixel.
-fn camera_leg(shot: &Shot, [x, y]: [usize; 2], rng: &mut Rng) -> Leg {
-    let [x, y] = [x, y].map(|p| p as f64 + rng.next_f64());
-    let direction = shot.view.direction(x, y, [shot.width, shot.height]);
-    Leg::from_camera(Ray::new(shot.view.origin.as_vec3(), direction))
 }

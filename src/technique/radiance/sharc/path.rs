@@ -151,12 +151,9 @@ impl<'a> Walk<'a> {
             let weight = first.weight - first.albedo * first.base;
             gloss.light = (own + weight * behind).max(Vec3::ZERO);
         }
-        let brought = [
-            shown.emission,
-            shown.base,
-            shown.gloss.map_or(Vec3::ZERO, |g| g.light),
-        ];
-        if brought.iter().all(|value| value.is_finite()) {
+        let albedo = shown.albedo.unwrap_or(Vec3::ONE);
+        let gloss = shown.gloss.map_or(Vec3::ZERO, |gloss| gloss.light);
+        if shown.base.is_finite() && (shown.emission + albedo * shown.base + gloss).is_finite() {
             return shown;
         }
         self.tally.non_finite += 1;

@@ -2,6 +2,7 @@ use glam::{DMat4, Vec3};
 use toml::Table as Parameters;
 
 use super::*;
+use crate::image::Image;
 use crate::scene::{
     Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View, find_scene,
 };
@@ -295,7 +296,7 @@ fn a_closed_glowing_box_sums_the_geometric_series() {
             description.shapes[0].to_world = DMat4::from_scale(DVec3::splat(scale));
             description.views[0].origin *= scale;
             let world = World::new(&description);
-            let parameters = format!("query = \"{query}\"\ncell_pixels = 4");
+            let parameters = format!("query = \"{query}\"\ncell_pixels = 4\nleast_samples = 4");
             let images = frames(&world, &parameters, 24);
             let shown: Vec<f64> = images[8..].iter().map(|r| mean(&r.image)).collect();
             let brightness = shown.iter().sum::<f64>() / shown.len() as f64;
@@ -318,7 +319,7 @@ fn black_and_empty_scenes_are_black() {
             continue;
         };
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        for rendered in frames(&World { scene, tracer }, "filter = \"plain\"", 3) {
+        for rendered in frames(&World { scene, tracer }, "smoothed = true", 3) {
             assert!(rendered.image.pixels.iter().all(|pixel| *pixel == [0.0; 3]));
             assert_eq!(rendered.non_finite, 0);
         }
@@ -354,7 +355,7 @@ fn the_bias_on_a_diffuse_scene_is_small() {
     let mut paths = (path_samples::ENTRY.start)(&truth, &Parameters::new(), terms).expect("starts");
     let reference = paths.frame(&[world.shot(view, 0)]).expect("images");
     let expected = mean(&reference[0].image);
-    for parameters in ["", "filter = \"plain\"", "query = \"primary\""] {
+    for parameters in ["", "smoothed = true", "query = \"primary\""] {
         let images = frames(&world, parameters, 64);
         let shown: f64 = images[16..].iter().map(|r| mean(&r.image)).sum();
         let off = shown / 48.0 / expected - 1.0;
@@ -396,12 +397,7 @@ fn flight(world: &World, contender: &mut dyn Contender, numbers: std::ops::Range
 fn frames_do_not_depend_on_threads_nor_on_interruptions() {
     let world = World::new(&find_scene("still-puzzle").expect("an embedded scene"));
     let truth = truth();
-    let start = || {
-        started(
-            &truth,
-            "capacity = 4096\nfilter = \"plain\"\nstale_frames = 8",
-        )
-    };
+    let start = || started(&truth, "capacity = 4096\nsmoothed = true\nstale_frames = 8");
     let play = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let mut contender = start();
