@@ -2,9 +2,11 @@
 //!
 //! Read here and not by `tobj`, whose MTL parser panics on colours with fewer than three numbers.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use super::text::file_error;
+use super::obj_text::{plain_obj, statements};
+use super::text::{decoded, file_error};
 use super::{Bsdf, ColourSource, MicrofacetDistribution, SceneError};
 
 /// What is used of a `newmtl` block.
@@ -13,17 +15,40 @@ pub(super) struct MtlMaterial {
     pub name: String,
     /// `Kd`.
     pub diffuse: [f32; 3],
-    /// `map_Kd`, relative to the library's folder.
-    pub diffuse_map: Option<PathBuf>,
+    /// `map_Kd`.
+    pub diffuse_map: Option<MtlMap>,
     /// `Ks` and `Ns`.
     pub specular: [f32; 3],
     pub exponent: f32,
     /// `d`, or one minus `Tr`.
     pub opacity: f32,
     /// `map_d`.
-    pub opacity_map: Option<PathBuf>,
+    pub opacity_map: Option<MtlMap>,
     /// `Ke`.
     pub emission: [f32; 3],
+}
+
+/// A picture that a material names.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MtlMap {
+    /// In the library's folder.
+    pub file: PathBuf,
+    /// `uv * scale + offset` is looked up.
+    pub scale: [f32; 2],
+    pub offset: [f32; 2],
+    /// Whether it ends at its borders instead of repeating.
+    pub clamp: bool,
+}
+
+impl Default for MtlMap {
+    fn default() -> Self {
+        Self {
+            file: PathBuf::new(),
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+            clamp: false,
+        }
+    }
 }
 
 impl MtlMaterial {
@@ -50,14 +75,17 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
         return Ok((Vec::new(), notes));
     }
     let bytes = std::fs::read(obj).map_err(|e| file_error(obj, e.to_string()))?;
-    let text = String::from_utf8_lossy(&bytes);
+    let text = plain_obj(&bytes);
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut declared = Vec::new();
-    for name in text.lines().filter_map(|l| value_of(l, "mtllib")) {
-        let library = folder.join(name.replace('\\', "/"));
-        match std::fs::read(&library) {
-            Ok(bytes) => declared.extend(parse_mtl(&String::from_utf8_lossy(&bytes), &library)?),
-            Err(error) => notes.push(format!("material library {}: {error}", library.display())),
+    for names in text.lines().filter_map(|l| value_of(l, "mtllib")) {
+        for library in libraries(folder, names) {
+            match std::fs::read(&library) {
+                Ok(bytes) => declared.extend(parse_mtl(&decoded(&bytes), &library, &mut notes)),
+                Err(error) => {
+                    notes.push(format!("material library {}: {error}", library.display()));
+                }
+            }
         }
     }
     let used = used_materials(&text);
@@ -84,11 +112,28 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
     Ok((nameless.into_iter().chain(named).collect(), notes))
 }
 
-/// Names after `usemtl`, each once, in order.
+/// The libraries that a `mtllib` names: one, whose name may have blanks, or several with blanks between them.
+fn libraries(folder: &Path, names: &str) -> Vec<PathBuf> {
+    let file = |name: &str| folder.join(name.replace('\\', "/"));
+    let one = file(names);
+    match one.exists() {
+        true => vec![one],
+        false => names.split_whitespace().map(file).collect(),
+    }
+}
+
+/// Names after `usemtl` that faces follow, each once, in order.
 pub(super) fn used_materials(obj_text: &str) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
-    for name in obj_text.lines().filter_map(|l| value_of(l, "usemtl")) {
-        if !names.contains(&name) {
+    let mut seen = HashSet::new();
+    let mut current = None;
+    for line in obj_text.lines() {
+        if let Some(name) = value_of(line, "usemtl") {
+            current = Some(name);
+        } else if value_of(line, "f").is_some()
+            && let Some(name) = current.take()
+            && seen.insert(name)
+        {
             names.push(name);
         }
     }
@@ -102,51 +147,131 @@ fn value_of<'a>(line: &'a str, keyword: &str) -> Option<&'a str> {
     (rest.starts_with(char::is_whitespace) && !value.is_empty()).then_some(value)
 }
 
-fn parse_mtl(text: &str, path: &Path) -> Result<Vec<MtlMaterial>, SceneError> {
+/// The materials of a library; what is not understood is noted and left out.
+fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMaterial> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<MtlMaterial> = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        let mut words = line.split_whitespace();
-        let keyword = words.next().unwrap_or("");
-        if let Some(name) = value_of(line, "newmtl") {
+    let mut has_opacity = false;
+    let mut line = 1;
+    for (statement, lines) in statements(text) {
+        let (keyword, rest) = split_word(&statement);
+        let note = |what: &str| format!("{}:{line}: {what}", path.display());
+        if keyword == "newmtl" {
+            has_opacity = false;
             materials.push(MtlMaterial {
                 diffuse: [0.8; 3],
-                ..MtlMaterial::grey(name)
+                ..MtlMaterial::grey(rest)
             });
-            continue;
-        }
-        let Some(material) = materials.last_mut() else {
-            continue;
-        };
-        // Options such as `-bm 1` may stand before the file.
-        let map = || {
-            line.split_whitespace()
-                .last()
-                .map(|f| folder.join(f.replace('\\', "/")))
-        };
-        match keyword {
-            "map_Kd" => material.diffuse_map = map(),
-            "map_d" => material.opacity_map = map(),
-            "Kd" | "Ks" | "Ke" | "Ns" | "d" | "Tr" => {
-                let numbers: Option<Vec<f32>> = words.map(|w| w.parse().ok()).collect();
-                let colour = match numbers.as_deref() {
-                    Some([grey]) => [*grey; 3],
-                    Some([r, g, b]) => [*r, *g, *b],
-                    _ => {
-                        return Err(SceneError::At {
-                            file: path.to_owned(),
-                            line: index + 1,
-                            column: 1,
-                            message: format!("`{keyword}` needs one or three numbers"),
-                        });
-                    }
-                };
-                set(material, keyword, colour);
+        } else if let Some(material) = materials.last_mut() {
+            let done = match keyword {
+                "map_Kd" => MtlMap::read(rest, folder).map(|map| material.diffuse_map = Some(map)),
+                "map_d" => MtlMap::read(rest, folder).map(|map| material.opacity_map = Some(map)),
+                // Where both stand `d` decides.
+                "Tr" if has_opacity => Ok(()),
+                "Kd" | "Ks" | "Ke" | "Ns" | "d" | "Tr" => {
+                    has_opacity |= keyword == "d";
+                    colour(rest).map(|colour| {
+                        let kept = in_range(keyword, colour);
+                        if kept != colour {
+                            notes.push(note(&format!("`{keyword}` is out of range and clamped")));
+                        }
+                        set(material, keyword, kept);
+                    })
+                }
+                _ => Ok(()),
+            };
+            if let Err(why) = done {
+                notes.push(note(&format!("`{keyword}` is left out: {why}")));
             }
-            _ => {}
+        }
+        line += lines;
+    }
+    materials
+}
+
+/// The first word of a text, and what follows it.
+fn split_word(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    match text.split_once(char::is_whitespace) {
+        Some((word, rest)) => (word, rest.trim_start()),
+        None => (text, ""),
+    }
+}
+
+/// A grey or a colour; numbers behind the third, such as an alpha, do not count.
+fn colour(text: &str) -> Result<[f32; 3], String> {
+    let numbers = text.split_whitespace().map(str::parse::<f32>);
+    let numbers: Vec<f32> = numbers
+        .map_while(|number| number.ok().filter(|n| n.is_finite()))
+        .collect();
+    match numbers[..] {
+        [grey] => Ok([grey; 3]),
+        [r, g, b, ..] => Ok([r, g, b]),
+        _ => Err(format!(
+            "one or three numbers were expected, found `{text}`"
+        )),
+    }
+}
+
+/// A colour in the range of what it stands for.
+fn in_range(keyword: &str, colour: [f32; 3]) -> [f32; 3] {
+    let most = match keyword {
+        "Ke" | "Ns" => f32::MAX,
+        _ => 1.0,
+    };
+    colour.map(|value| value.clamp(0.0, most))
+}
+
+impl MtlMap {
+    /// Options such as `-s 2 2 1` and a file, whose name may have blanks.
+    fn read(text: &str, folder: &Path) -> Result<Self, String> {
+        let mut map = Self::default();
+        let mut rest = text.trim();
+        while let Some((option, after)) = option(rest) {
+            let most = match option {
+                "-o" | "-s" | "-t" => 3,
+                "-mm" => 2,
+                "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-clamp" | "-imfchan"
+                | "-texres" | "-type" => 1,
+                _ => return Err(format!("option `{option}` is unknown")),
+            };
+            rest = after;
+            let mut numbers = Vec::new();
+            for count in 0..most {
+                let (word, after) = split_word(rest);
+                // Of three numbers the last ones may be left away.
+                let number = word.parse::<f32>();
+                if most > 1 && count > 0 && number.is_err() {
+                    break;
+                }
+                numbers.extend(number);
+                if option == "-clamp" {
+                    map.clamp = word == "on";
+                }
+                rest = after;
+            }
+            let pair = |default: f32| [0, 1].map(|i| numbers.get(i).copied().unwrap_or(default));
+            match option {
+                "-s" => map.scale = pair(1.0),
+                "-o" => map.offset = pair(0.0),
+                _ => {}
+            }
+        }
+        match rest {
+            "" => Err("a file was expected".into()),
+            _ => {
+                map.file = folder.join(rest.replace('\\', "/"));
+                Ok(map)
+            }
         }
     }
-    Ok(materials)
+}
+
+/// The option that a text begins with, and what follows it.
+fn option(text: &str) -> Option<(&str, &str)> {
+    let (word, rest) = split_word(text);
+    let letter = word.strip_prefix('-')?.chars().next()?;
+    (letter.is_ascii_alphabetic() && !rest.is_empty()).then_some((word, rest))
 }
 
 fn set(material: &mut MtlMaterial, keyword: &str, colour: [f32; 3]) {
@@ -189,22 +314,103 @@ pub(super) fn phong_alpha(exponent: f32) -> f32 {
 mod tests {
     use super::*;
 
+    fn parsed(text: &str) -> (Vec<MtlMaterial>, Vec<String>) {
+        let mut notes = Vec::new();
+        let materials = parse_mtl(text, Path::new("d/m.mtl"), &mut notes);
+        (materials, notes)
+    }
+
     #[test]
-    fn libraries_are_read_and_damage_is_named() {
-        let text = "# x\nnewmtl a b\nKd 0.1 0.2 0.3\nKs 0.04\nNs 48\nTr 0.25\nmap_Kd -s 1 1 1 t\\x.png\nillum 2\nnewmtl c\n";
-        let materials = parse_mtl(text, Path::new("d/m.mtl")).unwrap();
-        assert_eq!(materials.len(), 2);
+    fn libraries_are_read_and_what_is_not_understood_is_noted() {
+        let text = "# x\nnewmtl a b\nKd 0.1 0.2 0.3 1 # brown\nKs 0.04\nNs 48\nTr 0.25\nmap_Kd -s 1 1 1 t\\x y.png\nillum 2\nnewmtl c\n";
+        let (materials, notes) = parsed(text);
+        assert_eq!((materials.len(), notes.len()), (2, 0), "{notes:?}");
         let m = &materials[0];
         assert_eq!(
             (m.name.as_str(), m.diffuse, m.opacity),
             ("a b", [0.1, 0.2, 0.3], 0.75)
         );
-        assert_eq!(m.diffuse_map.as_deref(), Some(Path::new("d/t/x.png")));
+        let map = m.diffuse_map.clone().unwrap();
+        assert_eq!(map.file, Path::new("d/t/x y.png"));
         assert!((phong_alpha(m.exponent) - 0.2).abs() < 1e-6);
-        let error = parse_mtl("newmtl a\nKd 0.1 0.2\n", Path::new("m.mtl")).unwrap_err();
+        for (line, expected) in [
+            (
+                "Kd 0.1 0.2",
+                "d/m.mtl:2: `Kd` is left out: one or three numbers",
+            ),
+            (
+                "Kd spectral file.rfl 1",
+                "d/m.mtl:2: `Kd` is left out: one or three",
+            ),
+            ("Kd nan 0 0", "d/m.mtl:2: `Kd` is left out: one or three"),
+            (
+                "Kd -0.8 0.5 1.8",
+                "d/m.mtl:2: `Kd` is out of range and clamped",
+            ),
+            (
+                "map_Kd",
+                "d/m.mtl:2: `map_Kd` is left out: a file was expected",
+            ),
+            (
+                "map_Kd -q 1 x.png",
+                "d/m.mtl:2: `map_Kd` is left out: option `-q`",
+            ),
+        ] {
+            let (materials, notes) = parsed(&format!("newmtl a\n{line}\nNs 7\n"));
+            assert!(notes[0].starts_with(expected), "{notes:?}");
+            assert_eq!((notes.len(), materials[0].exponent), (1, 7.0));
+            assert!(materials[0].diffuse.iter().all(|d| (0.0..=1.0).contains(d)));
+        }
+    }
+
+    #[test]
+    fn options_of_maps_are_followed() {
+        let map = |text: &str| MtlMap::read(text, Path::new("d")).unwrap();
+        let twice = map("-s 2 3 1 -o 0.25 0 0 a.png");
+        assert_eq!((twice.scale, twice.offset), ([2.0, 3.0], [0.25, 0.0]));
+        let short = map("-bm 0.5 -s 2 -clamp on -o 0.5 0.5 -1.png");
+        assert_eq!((short.scale, short.offset), ([2.0, 1.0], [0.5; 2]));
         assert_eq!(
-            error.to_string(),
-            "m.mtl:2:1: `Kd` needs one or three numbers"
+            (short.file.as_path(), short.clamp),
+            (Path::new("d/-1.png"), true)
         );
+        assert_eq!(map("-mm 0 1 wood 2.png").file, Path::new("d/wood 2.png"));
+    }
+
+    #[test]
+    fn d_decides_where_tr_stands_too() {
+        for (text, opacity) in [("d 1\nTr 1", 1.0), ("Tr 1\nd 1", 1.0), ("Tr 0.25", 0.75)] {
+            let (materials, _) = parsed(&format!("newmtl a\n{text}\nnewmtl b\nTr 1\n"));
+            assert_eq!(
+                (materials[0].opacity, materials[1].opacity),
+                (opacity, 0.0),
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
+    fn several_libraries_may_stand_on_a_line_and_names_may_have_blanks() {
+        let place = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+        write("a.mtl", "newmtl red\nKd 0.8 0.1 0.1\n");
+        write("b.mtl", "newmtl blue\nKd 0.1 0.1 0.8\n");
+        write(
+            "c d.mtl",
+            "newmtl red\nKd 0.2 0 0\nnewmtl blue\nKd 0 0 0.2\n",
+        );
+        let faces =
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\nusemtl gone\n";
+        for (line, red) in [("a.mtl b.mtl", 0.8), ("c d.mtl", 0.2)] {
+            write("m.obj", &format!("mtllib {line}\n{faces}"));
+            let (materials, notes) = materials_of(&place.path().join("m.obj")).unwrap();
+            assert!(notes.is_empty(), "{notes:?}");
+            let found: Vec<f32> = materials
+                .iter()
+                .flat_map(|m| [m.diffuse[0], m.diffuse[2]])
+                .collect();
+            assert_eq!((found[0], found[3]), (red, red));
+            assert_eq!(materials.len(), 2, "nothing has the third");
+        }
     }
 }

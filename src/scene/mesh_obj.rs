@@ -8,6 +8,7 @@ use std::path::Path;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::mesh_mtl::used_materials;
+use super::obj_text::plain_obj;
 use super::text::{advice, file_error};
 use super::{Mesh, SceneError};
 
@@ -20,22 +21,22 @@ use super::{Mesh, SceneError};
 /// anything that cannot be read, on indices out of range, and on files without a face (truncated).
 pub(super) fn load_obj(path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
-    let text = String::from_utf8_lossy(&bytes);
-    parse_obj(&text, path, part)
+    parse_obj(&bytes, path, part)
 }
 
-fn parse_obj(text: &str, path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
+fn parse_obj(bytes: &[u8], path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
+    let plain = plain_obj(bytes);
     let at = |(line, message): (usize, String)| SceneError::At {
         file: path.to_owned(),
         line,
         column: 1,
         message,
     };
-    let survey = Survey::of(text).map_err(at)?;
+    let survey = Survey::of(&plain).map_err(at)?;
     let text = if survey.is_mixed() {
-        Cow::Owned(complete_corners(text))
+        Cow::Owned(complete_corners(&plain))
     } else {
-        Cow::Borrowed(text)
+        Cow::Borrowed(plain.as_str())
     };
     let options = tobj::LoadOptions {
         single_index: true,
@@ -59,7 +60,7 @@ fn parse_obj(text: &str, path: &Path, part: Option<&str>) -> Result<Mesh, SceneE
     let mut reader = "mtllib all\n".as_bytes().chain(text.as_bytes());
     let (models, _) =
         tobj::load_obj_buf(&mut reader, &options, library).map_err(
-            |error| match unreadable_line(&text) {
+            |error| match unreadable_line(&plain) {
                 Some(found) => at(found),
                 None => file_error(path, error.to_string()),
             },
@@ -296,8 +297,8 @@ fn unreadable_line(text: &str) -> Option<(usize, String)> {
                     words.len()
                 )
             }
-            None if keyword(line) == "v" && !matches!(words.len(), 3 | 4 | 6) => {
-                format!("expected 3, 4 or 6 numbers, found {}", words.len())
+            None if keyword(line) == "v" && words.len() != 3 => {
+                format!("expected 3, 4, 6 or 7 numbers, found {}", words.len())
             }
             None => continue,
         };
@@ -313,7 +314,7 @@ mod tests {
     const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0.5 0\n";
 
     fn parse(text: &str) -> Result<Mesh, String> {
-        parse_obj(text, Path::new("t.obj"), None).map_err(|e| e.to_string())
+        parse_obj(text.as_bytes(), Path::new("t.obj"), None).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -363,11 +364,36 @@ mod tests {
         let text = format!(
             "mtllib gone.mtl\n{CORNERS}g left\nusemtl stone\nf 1 2 3\ng right\nf 1 3 4\nf 1 4 5\n"
         );
-        let part = |name| parse_obj(&text, Path::new("t.obj"), Some(name));
+        let part = |name| parse_obj(text.as_bytes(), Path::new("t.obj"), Some(name));
         assert_eq!(part("right").unwrap().triangles.len(), 2);
         let error = part("rihgt").unwrap_err().to_string();
         assert!(error.contains("did you mean `right`"), "{error}");
         assert_eq!(part("usemtl stone").unwrap().triangles.len(), 3);
+    }
+
+    #[test]
+    fn what_other_programs_write_is_read() {
+        let quad = "f 1 2 3\nf 1 3 4\n";
+        for text in [
+            format!("\u{feff}{CORNERS}{quad}"),
+            format!("{CORNERS}f 1 2 \\\n3 4\n"),
+            format!("{CORNERS}f 1 2 3 # first\nf 1 3 4#second\n"),
+            format!("v 9 9 9 1 0 0\n{CORNERS}f 2 3 4 5\nl 1 2 3 4 5\np 1\n"),
+            format!("{CORNERS}usemtl\n{quad}"),
+            format!("mtllib gone.mtl\n{CORNERS}usemtl red\n{quad}usemtl blue\n"),
+            format!("{CORNERS}{quad}").replace('\n', "\r"),
+        ] {
+            let mesh = parse(&text).unwrap_or_else(|e| panic!("{text:?}: {e}"));
+            assert_eq!(mesh.triangles.len(), 2, "{text:?}");
+            assert!(mesh.positions.contains(&DVec3::X), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn lines_are_those_of_the_file_where_corners_are_completed() {
+        let text = format!("{CORNERS}vn 0 0 1\nvn 0 0 -1.#IND\nf 1//1 2//1 3//1\nf 1 2 3\n");
+        let error = parse(&text).unwrap_err();
+        assert!(error.starts_with("t.obj:7:1: `-1.#IND`"), "{error}");
     }
 
     #[test]

@@ -23,6 +23,7 @@ mod mesh_ply;
 mod mesh_serialized;
 mod mitsuba;
 pub mod motion;
+mod obj_text;
 pub mod path;
 mod primitive;
 pub mod shapes;

@@ -1,8 +1,23 @@
-//! Places in text files and the advice that goes with them.
+//! What text files say, places in them, and the advice that goes with them.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use super::SceneError;
+
+/// The text of a file in UTF-8, with or without a byte order mark, or else in Latin-1, which has a character for every
+/// byte. Carriage returns end lines alone as well.
+pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+    };
+    match text.contains('\r') {
+        true => Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")),
+        false => text,
+    }
+}
 
 /// Line and column (both from 1, the column in characters) of a byte offset.
 pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {

@@ -1,16 +1,18 @@
 //! `[texture.*]` and `[material.*]`.
 
-use std::path::PathBuf;
+use std::path::Path;
 
+use image::ImageDecoder;
 use toml::Spanned;
 use toml::de::DeValue;
 
 use super::Loader;
 use super::keys::Keys;
-use crate::scene::mesh_mtl::{MtlMaterial, coated, phong_alpha};
+use crate::scene::mesh_mtl::{MtlMap, MtlMaterial, coated, phong_alpha};
 use crate::scene::text::advice;
 use crate::scene::{
-    Bsdf, ColourSource, Material, MicrofacetDistribution, SceneError, TextureDescription, Wrap,
+    Alpha, Bsdf, ColourSource, Material, MicrofacetDistribution, SceneError, TextureDescription,
+    Wrap,
 };
 
 impl Loader {
@@ -77,18 +79,17 @@ impl Loader {
 
     /// The index of a material from a library.
     pub(super) fn mtl_material(&mut self, mtl: &MtlMaterial) -> usize {
-        let mut source = |map: &Option<PathBuf>, constant: [f32; 3]| match map {
+        let mut source = |texture: Option<TextureDescription>, constant: [f32; 3]| match texture {
             None => ColourSource::Constant(constant),
-            Some(path) => {
-                self.scene
-                    .textures
-                    .push(TextureDescription::file(path.clone()));
+            Some(texture) => {
+                self.scene.textures.push(texture);
                 ColourSource::Texture(self.scene.textures.len() - 1)
             }
         };
-        let diffuse = source(&mtl.diffuse_map, mtl.diffuse);
+        let diffuse = source(mtl.diffuse_map.as_ref().map(texture), mtl.diffuse);
         let transparent = mtl.opacity < 1.0 || mtl.opacity_map.is_some();
-        let opacity = transparent.then(|| source(&mtl.opacity_map, [mtl.opacity; 3]));
+        let opacity_map = mtl.opacity_map.as_ref().map(opacity_texture);
+        let opacity = transparent.then(|| source(opacity_map, [mtl.opacity; 3]));
         self.scene.materials.push(Material {
             bsdf: coated(diffuse, mtl.specular, phong_alpha(mtl.exponent)),
             opacity,
@@ -154,6 +155,37 @@ impl Loader {
             }
         }
     }
+}
+
+/// The picture of a library.
+fn texture(map: &MtlMap) -> TextureDescription {
+    let mut texture = TextureDescription::file(map.file.clone());
+    texture.uv_scale = map.scale;
+    texture.uv_offset = map.offset;
+    if map.clamp {
+        texture.wrap = Wrap::Clamp;
+    }
+    texture
+}
+
+/// The alpha channel of a picture that has one, else its values as they are stored.
+fn opacity_texture(map: &MtlMap) -> TextureDescription {
+    let mut texture = texture(map);
+    texture.srgb = false;
+    if has_alpha(&map.file) {
+        texture.alpha = Some(Alpha {
+            factor: 1.0,
+            cutoff: None,
+        });
+    }
+    texture
+}
+
+/// Whether a file is a picture with an alpha channel.
+fn has_alpha(path: &Path) -> bool {
+    let reader = image::ImageReader::open(path).ok();
+    let decoder = reader.and_then(|r| r.with_guessed_format().ok()?.into_decoder().ok());
+    decoder.is_some_and(|decoder| decoder.color_type().has_alpha())
 }
 
 fn distribution(keys: &Keys) -> Result<MicrofacetDistribution, SceneError> {
