@@ -20,6 +20,10 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
     if let (Some(folder), Some(maps)) = (&args.out, &result.maps) {
         write_maps(folder, maps)?;
     }
+    if result.translucent > 0 {
+        let pixels = result.translucent;
+        eprintln!("note: {pixels} pixels are not opaque; their alpha is left out");
+    }
     let json = serde_json::to_value(&result)?;
     if args.json {
         say!("{json:#}");

@@ -30,6 +30,8 @@ pub enum EnvironmentDescription {
     SunSky {
         /// Unit vector towards the sun, world space.
         sun_direction: DVec3,
+        /// Unit vector straight up from the ground, world space.
+        zenith: DVec3,
         turbidity: f32,
         albedo: f32,
         sun: bool,

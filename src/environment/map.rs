@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
 
-use glam::{DMat3, DMat4, Mat3, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, Mat3, Vec3};
 
 use super::table::SphereTable;
 use super::{EnvironmentDescription, EnvironmentError, SunSky, embedded_map, sun_sky_image};
@@ -101,14 +101,20 @@ impl Environment {
             EnvironmentDescription::Constant { radiance } => Ok(Self::constant(*radiance)),
             EnvironmentDescription::SunSky {
                 sun_direction,
+                zenith,
                 turbidity,
                 albedo,
                 sun,
                 sky,
                 scale,
             } => {
+                // The image has the zenith in its top row.
+                let upright = match *zenith == DVec3::Y {
+                    true => DQuat::IDENTITY,
+                    false => DQuat::from_rotation_arc(DVec3::Y, *zenith),
+                };
                 let image = sun_sky_image(&SunSky {
-                    sun_direction: *sun_direction,
+                    sun_direction: upright.inverse() * *sun_direction,
                     turbidity: *turbidity,
                     albedo: *albedo,
                     sun: *sun,
@@ -116,6 +122,7 @@ impl Environment {
                 })?;
                 let options = EnvironmentOptions {
                     scale: *scale,
+                    to_world: DMat4::from_quat(upright),
                     ..EnvironmentOptions::default()
                 };
                 Self::from_image(&image, &options)

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
+use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::Job;
@@ -158,12 +159,19 @@ fn environment(environment: &EnvironmentDescription) -> Value {
         } => json!(["embedded", name, scale, to_world]),
         EnvironmentDescription::SunSky {
             sun_direction,
+            zenith,
             turbidity,
             albedo,
             sun,
             sky,
             scale,
-        } => json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]),
+        } => {
+            let mut sky = json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]);
+            if let (true, Some(parts)) = (*zenith != DVec3::Y, sky.as_array_mut()) {
+                parts.push(json!(zenith));
+            }
+            sky
+        }
     }
 }
 

@@ -22,6 +22,20 @@ pub enum ImageError {
     /// The file is sound but holds no picture that can be used as RGB.
     #[error("{path}: no RGB or luminance channels; found: {found}", path = path.display())]
     NoColor { path: PathBuf, found: String },
+    /// The file has no layer of the name that was asked for.
+    #[error("{path}: no layer is called `{layer}`; found: {found}", path = path.display())]
+    NoLayer {
+        path: PathBuf,
+        layer: String,
+        found: String,
+    },
+    /// Several layers could be the picture.
+    #[error("{path}: several layers could be meant: {found}; name one, for example {path}#{first}", path = path.display())]
+    SeveralLayers {
+        path: PathBuf,
+        found: String,
+        first: String,
+    },
     /// More pixels than `MAX_PIXELS`: a damaged header rather than a picture.
     #[error("{path}: {width}x{height} pixels are more than the {limit} that are read", path = path.display(), limit = MAX_PIXELS)]
     TooLarge {

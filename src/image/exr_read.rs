@@ -1,9 +1,11 @@
 use super::error::MAX_PIXELS;
 use super::exr_write::ATTRIBUTE;
+use super::primaries::to_rec709;
 use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
 use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
+use glam::DVec3;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -17,6 +19,8 @@ pub struct LayeredImage {
     /// In the order of the file: per part, the unnamed layer first, then by name.
     pub layers: Vec<Layer>,
     pub attributes: Attributes,
+    /// Red, green, blue and white in CIE xy, if the file has them. The pixels are as they are stored.
+    pub chromaticities: Option<[[f32; 2]; 4]>,
 }
 
 impl LayeredImage {
@@ -48,6 +52,10 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
         .from_buffered(Cursor::new(bytes))
         .map_err(damaged)?;
     let mut picture = LayeredImage::default();
+    picture.chromaticities = file.attributes.chromaticities.map(|c| {
+        let place = |at: exr::math::Vec2<f32>| [at.x(), at.y()];
+        [c.red, c.green, c.blue, c.white].map(place)
+    });
     let only_part = file.layer_data.len() == 1;
     for part in &file.layer_data {
         let part_name = match &part.attributes.layer_name {
@@ -60,30 +68,112 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
     Ok(picture)
 }
 
-/// The picture of an EXR file as RGB: the unnamed colour layer, else the first colour layer, else a
-/// gray one (`Y`, or the only layer), spread over R, G and B.
-pub(super) fn decode_picture(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
-    let mut layers = decode_layers(path, bytes)?.layers;
-    let is_color = |layer: &Layer| matches!(layer.samples, Samples::Color(_));
-    let chosen = (layers.iter().position(|l| is_color(l) && l.name.is_empty()))
-        .or_else(|| layers.iter().position(is_color))
-        .or_else(|| layers.iter().position(|layer| layer.name.is_empty()))
-        .or((layers.len() == 1).then_some(0));
-    let Some(index) = chosen else {
-        let names: Vec<_> = layers.iter().map(|layer| layer.name.as_str()).collect();
-        return Err(ImageError::NoColor {
-            path: path.to_owned(),
-            found: names.join(", "),
+/// Last parts of the names of layers that hold the finished picture.
+const FINISHED: [&str; 6] = ["combined", "composite", "beauty", "image", "rgba", "rgb"];
+
+/// The picture of an EXR file as linear Rec.709, and how many of its pixels are not opaque.
+///
+/// It is the layer of this name; without a name the unnamed colour layer, else the one that is called like a finished picture
+/// (`Combined`, `beauty`, …), else the only colour layer, else a gray one (`Y`, or the only layer), spread over R, G
+/// and B.
+pub(super) fn decode_picture(
+    (path, layer): (&Path, Option<&str>),
+    bytes: &[u8],
+) -> Result<(Image, usize), ImageError> {
+    let file = decode_layers(path, bytes)?;
+    let index = match layer {
+        Some(name) => file.layers.iter().position(|layer| layer.name == name),
+        None => picture_of(path, &file.layers)?,
+    };
+    let Some(index) = index else {
+        let names: Vec<_> = file
+            .layers
+            .iter()
+            .map(|layer| layer.name.as_str())
+            .collect();
+        let path = path.to_owned();
+        let found = names.join(", ");
+        return Err(match layer {
+            Some(layer) => ImageError::NoLayer {
+                path,
+                layer: layer.to_owned(),
+                found,
+            },
+            None => ImageError::NoColor { path, found },
         });
     };
-    Ok(match layers.swap_remove(index).samples {
-        Samples::Color(image) => image,
+    let chosen = &file.layers[index];
+    let alpha = join(&chosen.name, "A");
+    let translucent = match file.layer(&alpha).map(|layer| &layer.samples) {
+        Some(Samples::Gray(plane)) => plane.values.iter().filter(|&&a| a < 1.0).count(),
+        _ => 0,
+    };
+    let image = match &chosen.samples {
+        Samples::Color(image) => image.clone(),
         Samples::Gray(plane) => Image {
             width: plane.width,
             height: plane.height,
             pixels: plane.values.iter().map(|&value| [value; 3]).collect(),
         },
-    })
+    };
+    let matrix = match (&file.chromaticities, &chosen.samples) {
+        (Some(chromaticities), Samples::Color(_)) => {
+            to_rec709(chromaticities).map_err(|reason| ImageError::decode(path, "EXR", reason))?
+        }
+        _ => None,
+    };
+    let image = match matrix {
+        None => image,
+        Some(matrix) => image.map(|rgb| {
+            let rgb = DVec3::from(rgb.map(f64::from));
+            (matrix * rgb).as_vec3().to_array()
+        }),
+    };
+    Ok((image, translucent))
+}
+
+/// Index of the layer that is the picture, if there is one.
+fn picture_of(path: &Path, layers: &[Layer]) -> Result<Option<usize>, ImageError> {
+    let is_color = |layer: &Layer| matches!(layer.samples, Samples::Color(_));
+    let colours: Vec<usize> = (0..layers.len())
+        .filter(|&i| is_color(&layers[i]))
+        .collect();
+    if let Some(unnamed) = colours.iter().find(|&&i| layers[i].name.is_empty()) {
+        return Ok(Some(*unnamed));
+    }
+    let last_part = |i: usize| {
+        layers[i]
+            .name
+            .rsplit('.')
+            .next()
+            .unwrap_or("")
+            .to_lowercase()
+    };
+    let finished: Vec<usize> = FINISHED
+        .iter()
+        .map(|word| {
+            colours
+                .iter()
+                .copied()
+                .filter(|&i| last_part(i) == *word)
+                .collect()
+        })
+        .find(|found: &Vec<usize>| !found.is_empty())
+        .unwrap_or_else(|| colours.clone());
+    match finished[..] {
+        [] => {}
+        [only] => return Ok(Some(only)),
+        _ => {
+            let names: Vec<&str> = finished.iter().map(|&i| layers[i].name.as_str()).collect();
+            return Err(ImageError::SeveralLayers {
+                path: path.to_owned(),
+                found: names.join(", "),
+                first: names[0].to_owned(),
+            });
+        }
+    }
+    let unnamed = layers.iter().position(|layer| layer.name.is_empty());
+    Ok(unnamed.or((layers.len() == 1).then_some(0)))
 }
 
 /// Refuses absurd sizes, deep data and subsampled channels before anything is allocated.

@@ -13,10 +13,12 @@ mod exr_write;
 mod false_color;
 #[cfg(test)]
 mod file_tests;
+mod hdr_header;
 mod layer;
 mod mean;
 mod overview;
 mod png;
+mod primaries;
 mod read;
 mod resample;
 mod sanitise;
@@ -32,7 +34,7 @@ pub use layer::{Attributes, Layer, Plane, Samples};
 pub use mean::ImageMean;
 pub use overview::overview;
 pub use png::{display_bytes, write_png, write_png_coded};
-pub use read::{Encoding, read, read_coded};
+pub use read::{Encoding, Picture, read, read_coded, read_picture};
 pub use sanitise::{Sanitised, sanitise};
 pub use tone::{ToneCurve, UnknownToneCurve};
 

@@ -1,8 +1,9 @@
 use super::error::MAX_PIXELS;
+use super::hdr_header::HdrHeader;
 use super::{Image, ImageError, exr_read, srgb_decode};
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What the stored values of a file mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,11 +14,21 @@ pub enum Encoding {
     Srgb,
 }
 
+/// What a file shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The values as they are stored, 8 and 16 bits scaled to `[0, 1]`.
+    pub image: Image,
+    pub encoding: Encoding,
+    /// Pixels that are not opaque; their alpha is left out.
+    pub translucent: usize,
+}
+
 /// Reads an EXR, Radiance HDR, PNG or JPEG file as linear RGB.
 ///
 /// The format is told by the first bytes. 8- and 16-bit files are decoded from sRGB; gray is spread
-/// over the channels; alpha, colour profiles and metadata are ignored. Non-finite values are kept:
-/// see [`super::sanitise`].
+/// over the channels; alpha, colour profiles and metadata are ignored, but for the chromaticities of EXR files and the exposure of
+/// Radiance files. `FILE#layer` names a layer of an EXR file. Non-finite values are kept: see [`super::sanitise`].
 pub fn read(path: &Path) -> Result<Image, ImageError> {
     let (mut image, encoding) = read_coded(path)?;
     if encoding == Encoding::Srgb {
@@ -31,23 +42,58 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
 /// Reads like [`read`], but leaves the values as they are stored (8 and 16 bits scaled to `[0, 1]`) and
 /// says what they mean.
 pub fn read_coded(path: &Path) -> Result<(Image, Encoding), ImageError> {
-    let bytes = std::fs::read(path).map_err(|source| ImageError::io(path, source))?;
-    match bytes.as_slice() {
+    let picture = read_picture(path)?;
+    Ok((picture.image, picture.encoding))
+}
+
+/// Reads like [`read_coded`] and counts what alpha would have changed.
+pub fn read_picture(path: &Path) -> Result<Picture, ImageError> {
+    let (path, layer) = file_and_layer(path);
+    let bytes = std::fs::read(&path).map_err(|source| ImageError::io(&path, source))?;
+    let picture = match bytes.as_slice() {
         [0x76, 0x2f, 0x31, 0x01, ..] => {
-            Ok((exr_read::decode_picture(path, &bytes)?, Encoding::Linear))
+            let (image, translucent) = exr_read::decode_picture((&path, layer.as_deref()), &bytes)?;
+            return Ok(Picture {
+                image,
+                encoding: Encoding::Linear,
+                translucent,
+            });
         }
-        [b'#', b'?', ..] => Ok((decode_hdr(path, &bytes)?, Encoding::Linear)),
-        [0x89, b'P', b'N', b'G', ..] => {
-            let picture = decode(path, &bytes, ImageFormat::Png)?;
-            Ok((coded_pixels(&picture), Encoding::Srgb))
+        [b'#', b'?', ..] => {
+            return Ok(Picture {
+                image: decode_hdr(&path, &bytes)?,
+                encoding: Encoding::Linear,
+                translucent: 0,
+            });
         }
-        [0xff, 0xd8, ..] => {
-            let picture = decode(path, &bytes, ImageFormat::Jpeg)?;
-            Ok((coded_pixels(&picture), Encoding::Srgb))
-        }
-        _ => Err(ImageError::UnknownFormat {
-            path: path.to_owned(),
-        }),
+        [0x89, b'P', b'N', b'G', ..] => decode(&path, &bytes, ImageFormat::Png)?,
+        [0xff, 0xd8, ..] => decode(&path, &bytes, ImageFormat::Jpeg)?,
+        _ => return Err(ImageError::UnknownFormat { path }),
+    };
+    Ok(Picture {
+        image: coded_pixels(&picture),
+        encoding: Encoding::Srgb,
+        translucent: translucent_pixels(&picture),
+    })
+}
+
+/// The file that is named, and the layer behind a `#` if there is no file whose name has it.
+fn file_and_layer(path: &Path) -> (PathBuf, Option<String>) {
+    let parts = path.to_str().and_then(|text| text.rsplit_once('#'));
+    match parts {
+        Some((file, layer)) if !path.exists() => (file.into(), Some(layer.to_owned())),
+        _ => (path.to_owned(), None),
+    }
+}
+
+fn translucent_pixels(picture: &DynamicImage) -> usize {
+    match picture.color().has_alpha() {
+        true => picture
+            .to_rgba16()
+            .pixels()
+            .filter(|p| p.0[3] < u16::MAX)
+            .count(),
+        false => 0,
     }
 }
 
@@ -78,12 +124,21 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
 
 /// Radiance files keep linear values in a shared exponent; the decoder yields f32.
 fn decode_hdr(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
-    let picture = decode(path, bytes, ImageFormat::Hdr)?.into_rgb32f();
-    Ok(Image {
+    let header =
+        HdrHeader::read(bytes).map_err(|why| ImageError::decode(path, "Radiance HDR", why))?;
+    let picture = decode(path, &header.plain(bytes), ImageFormat::Hdr)?.into_rgb32f();
+    let pixels = picture.pixels();
+    let radiance = |value: &[f32; 3]| std::array::from_fn(|c| value[c] / header.exposure[c]);
+    let mut image = Image {
         width: picture.width() as usize,
         height: picture.height() as usize,
-        pixels: picture.pixels().map(|pixel| pixel.0).collect(),
-    })
+        pixels: pixels.map(|pixel| radiance(&pixel.0)).collect(),
+    };
+    if header.bottom_up {
+        let rows = image.pixels.chunks(image.width.max(1)).rev();
+        image.pixels = rows.flatten().copied().collect();
+    }
+    Ok(image)
 }
 
 fn coded_pixels(picture: &DynamicImage) -> Image {

@@ -4,8 +4,8 @@ use super::{
     pixel_errors, psnr, ssim,
 };
 use crate::image::{
-    Encoding, Image, Plane, ToneCurve, clamp_unit, decode_srgb, encode_srgb, read_coded, sanitise,
-    srgb_decode,
+    Encoding, Image, Plane, ToneCurve, clamp_unit, decode_srgb, encode_srgb, read_picture,
+    sanitise, srgb_decode,
 };
 use std::borrow::Cow;
 use std::path::Path;
@@ -64,6 +64,8 @@ pub struct Comparison {
     pub non_finite: usize,
     /// Pixels with a negative value (clamped to 0), of both images together.
     pub negative: usize,
+    /// Pixels that are not opaque, of both files together: their alpha is left out. 0 for images in memory.
+    pub translucent: usize,
     /// Mean absolute error, on the same values as `rmse`.
     pub mae: f64,
     /// `relmse` without the worst 0.1 % of the pixels.
@@ -142,6 +144,7 @@ pub fn compare(
         flip_stop_exposure: range.map(|range| f64::from(range.stop)),
         non_finite: replaced.iter().map(|counts| counts.non_finite).sum(),
         negative: replaced.iter().map(|counts| counts.negative).sum(),
+        translucent: 0,
         mae: errors.mae,
         relmse_trimmed: errors.relmse_trimmed,
         relmse_display: shown.relmse,
@@ -172,8 +175,10 @@ pub fn compare_files(
     test: &Path,
     options: &CompareOptions,
 ) -> Result<Comparison, MetricError> {
-    let (mut reference, reference_encoding) = read_coded(reference)?;
-    let (mut test, test_encoding) = read_coded(test)?;
+    let [reference, test] = [read_picture(reference)?, read_picture(test)?];
+    let translucent = reference.translucent + test.translucent;
+    let (mut reference, reference_encoding) = (reference.image, reference.encoding);
+    let (mut test, test_encoding) = (test.image, test.encoding);
     let mut options = options.clone();
     options.display_referred = [reference_encoding, test_encoding] == [Encoding::Srgb; 2];
     if !options.display_referred {
@@ -186,7 +191,11 @@ pub fn compare_files(
             }
         }
     }
-    compare(&reference, &test, &options)
+    let compared = compare(&reference, &test, &options)?;
+    Ok(Comparison {
+        translucent,
+        ..compared
+    })
 }
 
 fn check_options(options: &CompareOptions) -> Result<(), MetricError> {

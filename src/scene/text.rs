@@ -19,6 +19,51 @@ pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
+/// The text of an XML file in the encoding that it declares.
+///
+/// # Errors
+/// A sentence, where that is neither UTF-8, UTF-16 nor Latin-1, or the bytes are not in it.
+pub(super) fn decoded_xml(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
+    let wide = |rest: &[u8], read: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = rest.chunks_exact(2).map(|c| read([c[0], c[1]])).collect();
+        String::from_utf16(&units).map_err(|_| "the file is not sound UTF-16".to_owned())
+    };
+    match bytes {
+        [0xff, 0xfe, rest @ ..] => return wide(rest, u16::from_le_bytes).map(Cow::Owned),
+        [0xfe, 0xff, rest @ ..] => return wide(rest, u16::from_be_bytes).map(Cow::Owned),
+        _ => {}
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let head = &bytes[..bytes.iter().position(|&b| b == b'>').unwrap_or(0)];
+    let head = String::from_utf8_lossy(head);
+    let declared = head
+        .strip_prefix("<?xml")
+        .and_then(|head| head.split_once("encoding"))
+        .and_then(|(_, rest)| rest.split(['"', '\'']).nth(1))
+        .unwrap_or("UTF-8");
+    match declared.to_ascii_lowercase().as_str() {
+        "iso-8859-1" | "latin1" | "latin-1" | "windows-1252" => {
+            Ok(Cow::Owned(bytes.iter().map(|&b| char::from(b)).collect()))
+        }
+        "utf-8" | "utf8" | "us-ascii" | "ascii" => match std::str::from_utf8(bytes) {
+            Ok(text) => Ok(Cow::Borrowed(text)),
+            Err(error) => {
+                let line = bytes[..error.valid_up_to()]
+                    .iter()
+                    .filter(|&&b| b == b'\n')
+                    .count()
+                    + 1;
+                Err(format!(
+                    "line {line} is not {declared}: declare the encoding in the first line, <?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>, or save the file as UTF-8"
+                ))
+            }
+        },
+        _ => Err(format!(
+            "the encoding `{declared}` is not read: save the file as UTF-8"
+        )),
+    }
+}
+
 /// Line and column (both from 1, the column in characters) of a byte offset.
 pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {
     let mut end = offset.min(text.len());
@@ -88,6 +133,27 @@ fn edit_distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn xml_is_read_in_the_encoding_that_it_declares() {
+        let latin = b"<?xml version='1.0' encoding='ISO-8859-1'?><a b='caf\xe9'/>";
+        assert!(decoded_xml(latin).unwrap().contains("café"));
+        assert_eq!(decoded_xml(b"\xef\xbb\xbf<a/>").unwrap(), "<a/>");
+        assert_eq!(decoded_xml(b"\xff\xfe<\0a\0/\0>\0").unwrap(), "<a/>");
+        let undeclared = decoded_xml(b"<a>\n<b c='caf\xe9'/>").unwrap_err();
+        assert!(
+            undeclared.starts_with("line 2 is not UTF-8"),
+            "{undeclared}"
+        );
+        let other = decoded_xml(b"<?xml encoding=\"EBCDIC\"?><a/>").unwrap_err();
+        assert!(other.contains("`EBCDIC`"), "{other}");
+    }
+
+    #[test]
+    fn text_is_utf8_or_else_latin1() {
+        assert_eq!(decoded("\u{feff}né\r\nb\rc".as_bytes()), "né\nb\nc");
+        assert_eq!(decoded(b"n\xe9"), "né");
+    }
 
     #[test]
     fn places_count_from_one() {

@@ -128,6 +128,19 @@ impl Texture {
         })
     }
 
+    /// Mean of all texels, times the factor.
+    pub fn mean(&self) -> [f32; 3] {
+        let mut sum = [0.0_f64; 3];
+        for row in 0..self.height as i64 {
+            for column in 0..self.width as i64 {
+                let texel = self.texel(column, row);
+                (0..3).for_each(|c| sum[c] += f64::from(texel[c]));
+            }
+        }
+        let count = (self.width * self.height) as f64;
+        std::array::from_fn(|c| (sum[c] / count) as f32 * self.factor[c])
+    }
+
     /// Bytes of the texels.
     pub fn bytes(&self) -> usize {
         match &self.texels {
@@ -176,9 +189,9 @@ fn load_texels(
 ) -> Result<(usize, usize, Texels), SceneError> {
     if path
         .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"))
     {
-        return load_exr(path);
+        return load_linear(path);
     }
     let file = std::fs::File::open(path).map_err(|e| file_error(path, e.to_string()))?;
     decode_texels(BufReader::new(file), path, description)
@@ -226,8 +239,8 @@ fn decode_texels(
     Ok((width, height, texels))
 }
 
-/// EXR through the image module, which keeps half and float files linear.
-fn load_exr(path: &Path) -> Result<(usize, usize, Texels), SceneError> {
+/// EXR and Radiance HDR through the image module, which keeps them linear.
+fn load_linear(path: &Path) -> Result<(usize, usize, Texels), SceneError> {
     let image = crate::image::read(path).map_err(|e| file_error(path, e.to_string()))?;
     if image.pixels.is_empty() {
         return Err(file_error(path, "the image is empty"));

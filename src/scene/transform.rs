@@ -36,14 +36,28 @@ impl SceneDescription {
             ) => {
                 *to_world = DMat4::from_quat(turn) * *to_world;
             }
-            Some(EnvironmentDescription::SunSky { sun_direction, .. }) => {
+            Some(EnvironmentDescription::SunSky {
+                sun_direction,
+                zenith,
+                ..
+            }) => {
                 *sun_direction = turn * *sun_direction;
+                *zenith = turned_zenith(*zenith, turn);
             }
             Some(EnvironmentDescription::Constant { .. }) | None => {}
         }
         self.ao_distance = self.ao_distance.map(|d| d * scale);
         self.metres_per_unit = self.metres_per_unit.map(|m| m / scale);
         self
+    }
+}
+
+/// A zenith along +y stays there to the bit where the turn is about it.
+fn turned_zenith(zenith: DVec3, turn: DQuat) -> DVec3 {
+    let turned = turn * zenith;
+    match turned.distance(zenith) < 1e-12 {
+        true => zenith,
+        false => turned.normalize(),
     }
 }
 

@@ -4,9 +4,9 @@ use crate::image::{Image, ToneCurve, luminance};
 
 /// The tone-mapped value that the brightest and the median pixel are brought to.
 const TARGET: f32 = 0.85;
-/// Widest range in stops when the median of the reference is black.
-const WIDEST_WITHOUT_MEDIAN: f32 = 16.0;
-/// Widest range in stops otherwise: what half-floats span.
+/// What stands for a black median in the official implementation.
+const LEAST_MEDIAN: f32 = f32::EPSILON;
+/// Widest range in stops: what half-floats span.
 const WIDEST: f32 = 40.0;
 
 /// Largest exposure whose factor is an ordinary f32.
@@ -24,8 +24,7 @@ impl ExposureRange {
     /// From the brightest pixel of the reference to its upper median, one exposure per stop and at
     /// least two, as the official implementation chooses them.
     ///
-    /// Where that is undefined: a black median is replaced by the smallest positive luminance, with
-    /// at most 16 stops above the start; a black reference is looked at with exposure 0. At most 40
+    /// As there, a median below 1.2 · 10⁻⁷ counts as that. A black reference is looked at with exposure 0. At most 40
     /// stops are covered. The reference must be finite and not negative.
     pub fn of(reference: &Image, curve: ToneCurve) -> Self {
         let mut luminances: Vec<f32> = reference.pixels.iter().map(|&p| luminance(p)).collect();
@@ -35,17 +34,11 @@ impl ExposureRange {
         }
         let middle = luminances.len() / 2;
         let (_, median, _) = luminances.select_nth_unstable_by(middle, f32::total_cmp);
-        let (median, widest) = match *median {
-            median if median > 0.0 => (median, WIDEST),
-            _ => {
-                let positive = luminances.into_iter().filter(|&y| y > 0.0);
-                (positive.fold(brightest, f32::min), WIDEST_WITHOUT_MEDIAN)
-            }
-        };
+        let median = median.max(LEAST_MEDIAN);
         let white = curve.inverse(TARGET);
         let stops = |y: f32| (white / y).log2().clamp(-LARGEST, LARGEST);
         let start = stops(brightest);
-        Self::new(start, stops(median).clamp(start, start + widest))
+        Self::new(start, stops(median).clamp(start, start + WIDEST))
     }
 
     fn new(start: f32, stop: f32) -> Self {
@@ -99,8 +92,8 @@ mod tests {
             (0.0, 0.0, 1)
         );
         let mostly_black = ExposureRange::of(&gray(&[0.0, 0.0, 0.0, 1e-30, 1.0]), ToneCurve::Aces);
-        assert_abs_diff_eq!(mostly_black.stop - mostly_black.start, 16.0, epsilon = 1e-4);
-        assert_eq!(mostly_black.count, 16);
+        assert_abs_diff_eq!(mostly_black.stop - mostly_black.start, 23.0, epsilon = 1e-4);
+        assert_eq!(mostly_black.count, 23);
         let wide = ExposureRange::of(&gray(&[1e-38, 1e-38, 1e-38, 1e38]), ToneCurve::Hable);
         assert_abs_diff_eq!(wide.stop - wide.start, 40.0, epsilon = 1e-4);
         let constant = ExposureRange::of(&gray(&[3.0; 5]), ToneCurve::Aces);

@@ -107,6 +107,7 @@ fn sky(keys: &Keys) -> Result<EnvironmentDescription, SceneError> {
             elevation.sin(),
             azimuth.cos() * elevation.cos(),
         ),
+        zenith: DVec3::Y,
         turbidity: keys.positive("turbidity")?.unwrap_or(3.0) as f32,
         albedo: keys.non_negative("albedo")?.unwrap_or(0.2) as f32,
         sun: keys.boolean("sun", true)?,

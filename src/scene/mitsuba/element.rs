@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use crate::scene::SceneError;
-use crate::scene::text::{advice, error_at, file_error, line_column};
+use crate::scene::text::{advice, decoded_xml, error_at, file_error, line_column};
 
 /// How deep files may include each other.
 const MAX_INCLUDES: usize = 16;
@@ -150,14 +150,16 @@ pub(super) struct Document {
 
 /// Reads a scene file with all it includes.
 pub(super) fn read_document(file: &Path) -> Result<Document, SceneError> {
-    let text = std::fs::read_to_string(file).map_err(|e| file_error(file, e.to_string()))?;
+    let bytes = std::fs::read(file).map_err(|e| file_error(file, e.to_string()))?;
+    let text = decoded_xml(&bytes).map_err(|why| file_error(file, why))?;
     parse_document(file, &text)
 }
 
 /// Parses the text of a scene file.
 pub(super) fn parse_document(file: &Path, text: &str) -> Result<Document, SceneError> {
     let mut parameters = HashMap::new();
-    let root = parse(file, text, &mut parameters, 0)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let root = parse((file, folder), text, &mut parameters, 0)?;
     if root.tag != "scene" {
         let message = format!("expected <scene version=\"…\">, found <{}>", root.tag);
         return Err(root.error(message));
@@ -173,8 +175,9 @@ pub(super) fn parse_document(file: &Path, text: &str) -> Result<Document, SceneE
     }
 }
 
+/// Parses a file that belongs to the scene whose file lies in `folder`.
 fn parse(
-    file: &Path,
+    (file, folder): (&Path, &Path),
     text: &str,
     parameters: &mut HashMap<String, String>,
     depth: usize,
@@ -199,6 +202,7 @@ fn parse(
     })?;
     let mut reader = Reader {
         file: Rc::new(file.to_owned()),
+        folder,
         text,
         parameters,
         depth,
@@ -208,6 +212,8 @@ fn parse(
 
 struct Reader<'a> {
     file: Rc<PathBuf>,
+    /// That of the scene's own file.
+    folder: &'a Path,
     text: &'a str,
     parameters: &'a mut HashMap<String, String>,
     depth: usize,
@@ -287,10 +293,17 @@ impl Reader<'_> {
             return Err(element.error("files include each other without end"));
         }
         let name = element.required("filename")?;
-        let path = self.file.parent().unwrap_or(Path::new("")).join(name);
-        let text = std::fs::read_to_string(&path)
-            .map_err(|e| element.error(format!("{}: {e}", path.display())))?;
-        let root = parse(&path, &text, self.parameters, self.depth + 1)?;
+        let beside = self.file.parent().unwrap_or(Path::new("")).join(name);
+        let beside_scene = self.folder.join(name);
+        let path = match !beside.exists() && beside_scene.exists() {
+            true => beside_scene,
+            false => beside,
+        };
+        let fail = |why: String| element.error(format!("{}: {why}", path.display()));
+        let bytes = std::fs::read(&path).map_err(|e| fail(e.to_string()))?;
+        let text = decoded_xml(&bytes).map_err(fail)?;
+        let place = (path.as_path(), self.folder);
+        let root = parse(place, &text, self.parameters, self.depth + 1)?;
         Ok(if root.tag == "scene" {
             root.children
         } else {
@@ -390,6 +403,15 @@ mod tests {
             .map(|c| c.tag.as_str())
             .collect();
         assert_eq!(tags, ["b", "c", "d"]);
+        std::fs::create_dir(path("parts")).unwrap();
+        std::fs::write(
+            path("parts/e.xml"),
+            "<scene version='3.0.0'><include filename='b.xml'/></scene>",
+        )
+        .unwrap();
+        std::fs::write(path("f.xml"), "<scene version='3.0.0'><default name='t' value='q'/><include filename='parts/e.xml'/></scene>").unwrap();
+        let document = read_document(&path("f.xml")).unwrap();
+        assert_eq!(document.root.children.len(), 2, "beside the scene as well");
         std::fs::write(
             path("b.xml"),
             "<scene version='3.0.0'><include filename='b.xml'/></scene>",

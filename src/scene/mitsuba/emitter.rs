@@ -84,16 +84,36 @@ impl<'a> Importer<'a> {
             Some(d) => vector(d, 0.0)?,
             None => {
                 self.note("the sun's direction is not given (date and place are not evaluated): 45° towards +x");
-                DVec3::new(1.0, 1.0, 0.0)
+                {
+                    let up = if self.version.0 == 0 {
+                        DVec3::Y
+                    } else {
+                        DVec3::Z
+                    };
+                    DVec3::X + to_world.transform_vector3(up).normalize_or_zero()
+                }
             }
         };
-        let sun_direction = to_world.transform_vector3(direction).normalize_or_zero();
+        // A direction of the world, whatever `to_world` says.
+        let sun_direction = direction.normalize_or_zero();
         if sun_direction == DVec3::ZERO {
             return Err(element.error("the direction of the sun is zero"));
         }
-        let up = to_world.transform_vector3(DVec3::Y).normalize_or_zero();
-        if up.dot(DVec3::Y) < 0.999_999 {
-            self.note("the tilt of a sky is ignored: its zenith is +y");
+        // Version 0.x has the zenith along its y axis, version 3 along z.
+        let up = if self.version.0 == 0 {
+            DVec3::Y
+        } else {
+            DVec3::Z
+        };
+        let zenith = to_world.transform_vector3(up).normalize_or_zero();
+        if zenith == DVec3::ZERO {
+            return Err(element.error("`to_world` of the sky has no inverse"));
+        }
+        if zenith.dot(sun_direction) < 0.0 {
+            let message = format!(
+                "the sun stands below the horizon: its direction is {sun_direction}, the zenith {zenith}"
+            );
+            return Err(element.error(message));
         }
         let number = |name: &str, default: f64| Ok(element.float(name)?.unwrap_or(default));
         let scale = number("scale", 1.0)?;
@@ -118,6 +138,7 @@ impl<'a> Importer<'a> {
         };
         Ok(EnvironmentDescription::SunSky {
             sun_direction,
+            zenith,
             turbidity: number("turbidity", 3.0)? as f32,
             albedo,
             sun,

@@ -57,7 +57,8 @@ fn import(document: &Document, file: &Path, name: &str) -> Result<SceneDescripti
 
 /// The state of one import.
 struct Importer<'a> {
-    folder: PathBuf,
+    /// Where files are looked for: beside the scene, then where `<path>` says.
+    folders: Vec<PathBuf>,
     version: (u32, u32),
     ids: HashMap<&'a str, &'a Element>,
     scene: SceneDescription,
@@ -75,7 +76,7 @@ impl<'a> Importer<'a> {
         let mut default_material = Material::diffuse("default", [0.5; 3]);
         default_material.two_sided = false;
         Importer {
-            folder: file.parent().unwrap_or(Path::new("")).to_owned(),
+            folders: vec![file.parent().unwrap_or(Path::new("")).to_owned()],
             version: document.version,
             ids,
             scene: SceneDescription {
@@ -95,13 +96,18 @@ impl<'a> Importer<'a> {
 
     fn top_level(&mut self, root: &'a Element) -> Result<(), SceneError> {
         root.used.set(true);
+        for path in root.tagged("path") {
+            path.used.set(true);
+            let folder = self.folders[0].join(path.required("value")?.replace('\\', "/"));
+            self.folders.push(folder);
+        }
         for element in &root.children {
             match element.tag.as_str() {
                 "integrator" => self.integrator(element)?,
                 "sensor" | "camera" => self.sensor(element)?,
                 "shape" => self.shape(element, glam::DMat4::IDENTITY)?,
                 "emitter" | "luminaire" => self.emitter(element)?,
-                "bsdf" | "texture" | "medium" | "alias" => {}
+                "bsdf" | "texture" | "medium" | "alias" | "path" => {}
                 other => {
                     element.mark_all();
                     self.note(format!("<{other}> is ignored"));
@@ -171,10 +177,15 @@ impl<'a> Importer<'a> {
         Ok(found)
     }
 
-    /// A file named by a scene, relative to the scene's folder.
+    /// A file named by a scene: the first of that name in the scene's folders.
     fn path(&self, element: &Element) -> Result<PathBuf, SceneError> {
         match element.string("filename")? {
-            Some(name) => Ok(self.folder.join(name.replace('\\', "/"))),
+            Some(name) => {
+                let name = name.replace('\\', "/");
+                let mut files = self.folders.iter().map(|folder| folder.join(&name));
+                let found = files.find(|file| file.exists());
+                Ok(found.unwrap_or_else(|| self.folders[0].join(&name)))
+            }
             None => Err(element.error(format!("{} needs a `filename`", element.kind()))),
         }
     }

@@ -6,7 +6,7 @@ use super::Importer;
 use super::element::Element;
 use super::spectrum::emitted_colour;
 use super::transform::{transform, vector};
-use crate::scene::{SceneError, ShapeDescription, ShapeSource};
+use crate::scene::{ColourSource, SceneError, ShapeDescription, ShapeSource, Texture};
 
 impl<'a> Importer<'a> {
     /// Adds a shape, or the shapes of an instance; `outer` is the transform of the instance.
@@ -135,9 +135,17 @@ impl<'a> Importer<'a> {
         };
         let radiance = self.resolved(radiance)?;
         if radiance.tag == "texture" {
-            radiance.mark_all();
-            self.note("a textured area light emits a constant radiance of 0.5 instead");
-            return Ok(Some([0.5; 3]));
+            let (source, factor) = self.scaled_source(radiance)?;
+            let mean = match source {
+                ColourSource::Constant(colour) => colour,
+                ColourSource::Texture(index) => Texture::load(&self.scene.textures[index])?.mean(),
+            };
+            let mean = mean.map(|value| value * factor);
+            let [r, g, b] = mean;
+            self.note(format!(
+                "a textured area light emits the mean of its texture everywhere, {r:.4} {g:.4} {b:.4}"
+            ));
+            return Ok(Some(mean));
         }
         emitted_colour(radiance).map(Some)
     }

@@ -29,6 +29,8 @@ pub(super) fn colour(element: &Element, bounded: bool) -> Result<[f32; 3], Scene
     let result = match element.tag.as_str() {
         "srgb" => srgb(element)?,
         "blackbody" => blackbody(element)?,
+        // Daylight is the white of Rec.709.
+        "spectrum" if element.kind() == "d65" => [element.float("scale")?.unwrap_or(1.0); 3],
         "spectrum" if element.attribute("filename").is_some() => {
             let pairs = spectrum_file(element)?;
             of_spectrum(&pairs, bounded)
@@ -233,6 +235,15 @@ mod tests {
         assert_eq!(of("<spectrum value='16000'/>"), [16000.0; 3]);
         assert_eq!(of("<rgb value='0.1, 0.2 0.3'/>"), [0.1, 0.2, 0.3]);
         assert_near(of("<srgb value='#ff00bc'/>"), [1.0, 0.0, 0.502_886], 1e-4);
+    }
+
+    #[test]
+    fn daylight_is_white() {
+        assert_eq!(
+            of("<spectrum type='d65'><float name='scale' value='10'/></spectrum>"),
+            [10.0; 3]
+        );
+        assert_eq!(of("<spectrum type='d65'/>"), [1.0; 3]);
     }
 
     #[test]

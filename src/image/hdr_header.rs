@@ -1,0 +1,137 @@
+//! Headers of Radiance HDR files as programs write them.
+
+/// What a header says, and where the picture behind it begins.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct HdrHeader {
+    /// Factor that was applied to the radiance of each channel: EXPOSURE and COLORCORR, multiplied where they stand
+    /// several times.
+    pub exposure: [f32; 3],
+    /// Whether the first row of the file is the lowest of the picture.
+    pub bottom_up: bool,
+    /// Pixels.
+    width: u32,
+    height: u32,
+    /// Offset of the first byte of the picture.
+    start: usize,
+}
+
+impl HdrHeader {
+    /// Reads the header of a file, whatever ends its lines and whatever follows `#?`.
+    ///
+    /// # Errors
+    /// A sentence, where the header does not end, or the picture is in XYZ or does not lie in rows.
+    pub fn read(bytes: &[u8]) -> Result<Self, String> {
+        let mut header = Self {
+            exposure: [1.0; 3],
+            bottom_up: false,
+            width: 0,
+            height: 0,
+            start: 0,
+        };
+        loop {
+            let line = header.line(bytes)?;
+            if line.is_empty() {
+                break;
+            }
+            let Some((name, value)) = line.split_once('=') else {
+                continue;
+            };
+            match name.trim() {
+                "FORMAT" if value.trim() != "32-bit_rle_rgbe" => {
+                    let format = value.trim();
+                    return Err(format!("FORMAT is {format}: save it as 32-bit_rle_rgbe"));
+                }
+                name @ ("EXPOSURE" | "COLORCORR") => header.multiply(name, value)?,
+                _ => {}
+            }
+        }
+        let line = header.line(bytes)?;
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let size = match words[..] {
+            [y @ ("-Y" | "+Y"), height, "+X", width] => {
+                header.bottom_up = y == "+Y";
+                height.parse().ok().zip(width.parse().ok())
+            }
+            _ => None,
+        };
+        (header.height, header.width) = size.ok_or_else(|| {
+            format!("`{line}` was found where a size like `-Y 480 +X 640` is expected")
+        })?;
+        Ok(header)
+    }
+
+    /// The file with a header that says nothing but the size.
+    pub fn plain(&self, bytes: &[u8]) -> Vec<u8> {
+        let (width, height) = (self.width, self.height);
+        let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n");
+        [head.as_bytes(), &bytes[self.start..]].concat()
+    }
+
+    /// The next line, without what ends it.
+    fn line(&mut self, bytes: &[u8]) -> Result<String, String> {
+        let rest = &bytes[self.start..];
+        let end = rest.iter().position(|&byte| byte == b'\n');
+        let end = end.ok_or("the header has no end")?;
+        self.start += end + 1;
+        let line = rest[..end].strip_suffix(b"\r").unwrap_or(&rest[..end]);
+        Ok(String::from_utf8_lossy(line).into_owned())
+    }
+
+    fn multiply(&mut self, name: &str, value: &str) -> Result<(), String> {
+        let numbers: Vec<f32> = value
+            .split_whitespace()
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        let factors = match numbers[..] {
+            [all] => [all; 3],
+            [r, g, b] => [r, g, b],
+            _ => [0.0; 3],
+        };
+        if !factors.iter().all(|f| f.is_finite() && *f > 0.0) {
+            return Err(format!("{name}={value} is not a factor above 0"));
+        }
+        (0..3).for_each(|c| self.exposure[c] *= factors[c]);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_of_all_programs_are_read() {
+        for (text, exposure, bottom_up) in [
+            (
+                "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 3\nxy",
+                [1.0; 3],
+                false,
+            ),
+            ("#?RGBE\r\nGAMMA=1\r\n\r\n-Y 2 +X 3\r\nxy", [1.0; 3], false),
+            (
+                "#?RADIANCE\n# made by hand\nEXPOSURE= 2\nEXPOSURE=0.25\nCOLORCORR=1 2 4\n\n+Y 2 +X 3\nxy",
+                [0.5, 1.0, 2.0],
+                true,
+            ),
+        ] {
+            let header = HdrHeader::read(text.as_bytes()).unwrap();
+            assert_eq!((header.exposure, header.bottom_up), (exposure, bottom_up));
+            assert_eq!((header.width, header.height), (3, 2));
+            let plain = header.plain(text.as_bytes());
+            assert!(plain.starts_with(b"#?RADIANCE\n") && plain.ends_with(b"+X 3\nxy"));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        for (text, expected) in [
+            ("#?RADIANCE\n", "no end"),
+            ("#?RADIANCE\n\n+X 3 -Y 2\n", "`+X 3 -Y 2`"),
+            ("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 2 +X 3\n", "xyze"),
+            ("#?RADIANCE\nEXPOSURE=0\n\n-Y 2 +X 3\n", "EXPOSURE=0"),
+        ] {
+            let error = HdrHeader::read(text.as_bytes()).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}
