@@ -1,5 +1,6 @@
 //! Stanford PLY through `ply-rs-bw`, ascii and binary.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -20,7 +21,8 @@ pub(super) fn load_ply(path: &Path) -> Result<Mesh, SceneError> {
 }
 
 fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
-    let mut reader = Reader::new(Cursor::new(bytes));
+    let bytes = plain(bytes);
+    let mut reader = Reader::new(Cursor::new(bytes.as_ref()));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
         .map_err(|e| located(path, &e, None))?;
@@ -55,12 +57,65 @@ fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
     Ok(mesh)
 }
 
+/// The file as the parser understands it, with as many lines: without characters beyond ASCII in the header (comments may
+/// have them in any encoding), with line feeds where lines end in carriage returns alone, and in text with numbers for what
+/// is none: vertices that are not finite are left to whoever uses them, as in OBJ files.
+fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
+    const END: &[u8] = b"end_header";
+    let end = bytes.windows(END.len()).position(|window| window == END);
+    let Some(end) = end.map(|start| start + END.len()) else {
+        return Cow::Borrowed(bytes);
+    };
+    let (header, body) = bytes.split_at(end);
+    let is_text = header.windows(12).any(|w| w == b"format ascii");
+    let returns_alone = !header.contains(&b'\n');
+    let feed = |byte: u8| match byte {
+        b'\r' if returns_alone => b'\n',
+        byte => byte,
+    };
+    let header = header.iter().map(|&byte| match byte.is_ascii() {
+        true => feed(byte),
+        false => b'?',
+    });
+    let mut plain: Vec<u8> = header.collect();
+    match (is_text, body) {
+        (true, _) => plain.extend(finite_words(body).into_iter().map(feed)),
+        // The one that ends the header.
+        (false, [first, rest @ ..]) => {
+            plain.push(feed(*first));
+            plain.extend(rest);
+        }
+        (false, []) => {}
+    }
+    Cow::Owned(plain)
+}
+
+/// A text in which `nan`, `inf` and what C libraries print for them are numbers beyond all that are finite.
+fn finite_words(body: &[u8]) -> Vec<u8> {
+    let is_number = |word: &[u8]| {
+        let numeric = |b: &u8| b.is_ascii_digit() || b"+-.eE".contains(b);
+        word.iter().all(numeric)
+    };
+    let mut out = Vec::with_capacity(body.len());
+    for word in body.split_inclusive(u8::is_ascii_whitespace) {
+        let end = word.iter().position(u8::is_ascii_whitespace);
+        let (word, blank) = word.split_at(end.unwrap_or(word.len()));
+        let lower = String::from_utf8_lossy(word).to_lowercase();
+        let odd = !is_number(word)
+            && ["nan", "inf", "#ind", "#qnan"]
+                .iter()
+                .any(|n| lower.contains(n));
+        out.extend(if odd { b"1e999".as_slice() } else { word });
+        out.extend(blank);
+    }
+    out
+}
+
 fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
     let text = error.to_string();
     let message = text.split_once(": ").filter(|_| error.line().is_some());
     let message = message.map_or(text.as_str(), |(_, rest)| rest);
-    let message: Vec<&str> = message.split_whitespace().collect();
-    let message = message.join(" ");
+    let message = plainly(message);
     match (offset, error.line()) {
         (None, Some(line)) => SceneError::At {
             file: path.to_owned(),
@@ -70,6 +125,22 @@ fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
         },
         (None, None) => file_error(path, message),
         (Some(offset), _) => file_error(path, format!("byte offset {offset}: {message}")),
+    }
+}
+
+/// A message of the parser without its own structures.
+fn plainly(message: &str) -> String {
+    let joined = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let Some((what, rest)) = message.split_once(" String: '") else {
+        return joined(message.split(" Error: ").next().unwrap_or(message));
+    };
+    let found = joined(rest.split("' Error:").next().unwrap_or(rest));
+    let found: String = found.chars().take(60).collect();
+    let what = joined(what);
+    let what = what.trim_end_matches('.');
+    match what.contains("element") {
+        true => format!("`{found}` is not what the header declares"),
+        false => format!("{what}: `{found}`"),
     }
 }
 
@@ -234,6 +305,38 @@ mod tests {
             assert_eq!(mesh.triangles, [[0, 1, 2]]);
             assert!(mesh.normals.is_empty() && mesh.uvs.is_empty());
         }
+    }
+
+    #[test]
+    fn comments_in_any_encoding_and_returns_alone_are_read() {
+        let latin = [b"ply\ncomment caf\xe9\n".as_slice(), &ASCII.as_bytes()[4..]].concat();
+        for bytes in [
+            latin,
+            ASCII.replace('\n', "\r").into_bytes(),
+            ASCII.replace('\n', "\r\n").into_bytes(),
+        ] {
+            assert_eq!(parse(&bytes).unwrap().triangles.len(), 2);
+        }
+    }
+
+    #[test]
+    fn vertices_that_are_not_finite_are_kept_for_whoever_uses_them() {
+        for word in ["nan", "-NAN", "inf", "-1.#IND"] {
+            let text = ASCII.replace("0 1 0.5 0 0 1 0 1\n", &format!("{word} 1 0.5 0 0 1 0 1\n"));
+            let mesh = parse(text.as_bytes()).unwrap();
+            assert!(!mesh.positions[3].is_finite(), "{word}");
+        }
+    }
+
+    #[test]
+    fn messages_show_the_line_and_nothing_of_the_parser() {
+        let cut = ASCII.replace("1 1 0 0 0 1 1 1\n", "1 1 0 0 0 x 1 1\n");
+        let error = parse(cut.as_bytes()).unwrap_err();
+        assert!(error.contains("`1 1 0 0 0 x 1 1` is not what"), "{error}");
+        assert!(
+            !error.contains("ParseError") && !error.contains("expected one of"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -76,6 +76,30 @@ pub(super) fn line_column(text: &str, offset: usize) -> (usize, usize) {
     (line, before[start..].chars().count() + 1)
 }
 
+/// Where the lines of a text begin, for many places in it.
+pub(super) struct LineStarts<'a> {
+    text: &'a str,
+    starts: Vec<usize>,
+}
+
+impl<'a> LineStarts<'a> {
+    pub fn of(text: &'a str) -> Self {
+        let feeds = text.bytes().enumerate().filter(|&(_, byte)| byte == b'\n');
+        let starts = std::iter::once(0).chain(feeds.map(|(i, _)| i + 1));
+        Self {
+            text,
+            starts: starts.collect(),
+        }
+    }
+
+    /// As [`line_column`], of an offset at the start of a character.
+    pub fn place(&self, offset: usize) -> (usize, usize) {
+        let line = self.starts.partition_point(|&start| start <= offset);
+        let before = &self.text[self.starts[line - 1]..offset];
+        (line, before.chars().count() + 1)
+    }
+}
+
 /// An error at a byte offset of a text.
 pub(super) fn error_at(file: &Path, text: &str, offset: usize, message: String) -> SceneError {
     let (line, column) = line_column(text, offset);
@@ -159,6 +183,10 @@ mod tests {
     fn places_count_from_one() {
         let text = "ab\ncäd\n";
         assert_eq!(line_column(text, 0), (1, 1));
+        let lines = LineStarts::of(text);
+        for offset in (0..=text.len()).filter(|&i| text.is_char_boundary(i)) {
+            assert_eq!(lines.place(offset), line_column(text, offset), "{offset}");
+        }
         assert_eq!(line_column(text, 3), (2, 1));
         assert_eq!(line_column(text, 6), (2, 3));
         assert_eq!(line_column(text, 5), (2, 2), "inside a character");

@@ -6,10 +6,16 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use crate::scene::SceneError;
-use crate::scene::text::{advice, decoded_xml, error_at, file_error, line_column};
+use crate::scene::text::{LineStarts, advice, decoded_xml, error_at, file_error};
 
 /// How deep files may include each other.
 const MAX_INCLUDES: usize = 16;
+/// Most files that are included, each time counted.
+const MAX_FILES: usize = 4096;
+/// How deep elements may be nested.
+const MAX_DEPTH: usize = 256;
+/// Most bytes that parameters may be replaced by.
+const MAX_REPLACED: usize = 16 << 20;
 
 /// An element with everything substituted. The names of parameters, as values of the attribute
 /// `name`, are in `snake_case` whatever the version of the file.
@@ -157,9 +163,13 @@ pub(super) fn read_document(file: &Path) -> Result<Document, SceneError> {
 
 /// Parses the text of a scene file.
 pub(super) fn parse_document(file: &Path, text: &str) -> Result<Document, SceneError> {
-    let mut parameters = HashMap::new();
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let root = parse((file, folder), text, &mut parameters, 0)?;
+    let mut shared = Shared {
+        folder: file.parent().unwrap_or(Path::new("")).to_owned(),
+        parameters: HashMap::new(),
+        files: 0,
+        replaced: 0,
+    };
+    let root = parse(file, text, &mut shared, 0)?;
     if root.tag != "scene" {
         let message = format!("expected <scene version=\"…\">, found <{}>", root.tag);
         return Err(root.error(message));
@@ -175,11 +185,23 @@ pub(super) fn parse_document(file: &Path, text: &str) -> Result<Document, SceneE
     }
 }
 
-/// Parses a file that belongs to the scene whose file lies in `folder`.
+/// What the files of a scene have in common.
+struct Shared {
+    /// That of the scene's own file.
+    folder: PathBuf,
+    /// Declared by `<default>`.
+    parameters: HashMap<String, String>,
+    /// Files included so far.
+    files: usize,
+    /// Bytes of all values that parameters stood in.
+    replaced: usize,
+}
+
+/// Parses a file of a scene, included at a depth.
 fn parse(
-    (file, folder): (&Path, &Path),
+    file: &Path,
     text: &str,
-    parameters: &mut HashMap<String, String>,
+    shared: &mut Shared,
     depth: usize,
 ) -> Result<Element, SceneError> {
     let options = roxmltree::ParsingOptions {
@@ -202,26 +224,29 @@ fn parse(
     })?;
     let mut reader = Reader {
         file: Rc::new(file.to_owned()),
-        folder,
+        lines: LineStarts::of(text),
         text,
-        parameters,
+        shared,
         depth,
     };
-    reader.element(document.root_element())
+    reader.element(document.root_element(), 0)
 }
 
 struct Reader<'a> {
     file: Rc<PathBuf>,
-    /// That of the scene's own file.
-    folder: &'a Path,
     text: &'a str,
-    parameters: &'a mut HashMap<String, String>,
+    lines: LineStarts<'a>,
+    shared: &'a mut Shared,
     depth: usize,
 }
 
 impl Reader<'_> {
-    fn element(&mut self, node: roxmltree::Node) -> Result<Element, SceneError> {
-        let (line, column) = line_column(self.text, node.range().start);
+    fn element(&mut self, node: roxmltree::Node, nesting: usize) -> Result<Element, SceneError> {
+        let (line, column) = self.lines.place(node.range().start);
+        if nesting > MAX_DEPTH {
+            let message = format!("elements are nested more than {MAX_DEPTH} deep");
+            return Err(error_at(&self.file, self.text, node.range().start, message));
+        }
         let tag = node.tag_name().name();
         let mut attributes = Vec::new();
         for attribute in node.attributes() {
@@ -245,11 +270,12 @@ impl Reader<'_> {
             used: Cell::new(false),
         };
         for child in node.children().filter(roxmltree::Node::is_element) {
-            let child = self.element(child)?;
+            let child = self.element(child, nesting + 1)?;
             match child.tag.as_str() {
                 "default" => {
                     let (name, value) = (child.required("name")?, child.required("value")?);
-                    self.parameters
+                    self.shared
+                        .parameters
                         .entry(name.to_owned())
                         .or_insert(value.to_owned());
                 }
@@ -261,7 +287,7 @@ impl Reader<'_> {
     }
 
     /// Replaces `$name` by the declared default.
-    fn substituted(&self, value: &str, offset: usize) -> Result<String, SceneError> {
+    fn substituted(&mut self, value: &str, offset: usize) -> Result<String, SceneError> {
         let mut out = String::with_capacity(value.len());
         let mut rest = value;
         while let Some(at) = rest.find('$') {
@@ -271,15 +297,26 @@ impl Reader<'_> {
                 .find(|c: char| !c.is_alphanumeric() && c != '_')
                 .unwrap_or(rest.len());
             let name = &rest[..end];
-            match self.parameters.get(name) {
-                Some(value) => out.push_str(value),
+            match self.shared.parameters.get(name) {
+                Some(value) => {
+                    out.push_str(value);
+                    self.shared.replaced += value.len();
+                }
                 None => {
-                    let known: Vec<&str> = self.parameters.keys().map(String::as_str).collect();
+                    let known: Vec<&str> =
+                        self.shared.parameters.keys().map(String::as_str).collect();
                     let mut known = known;
                     known.sort_unstable();
                     let message = format!("`${name}` has no <default>; {}", advice(name, &known));
                     return Err(error_at(&self.file, self.text, offset, message));
                 }
+            }
+            if self.shared.replaced > MAX_REPLACED {
+                let message = format!(
+                    "the parameters of the scene grow beyond {} MiB; do they name each other?",
+                    MAX_REPLACED >> 20
+                );
+                return Err(error_at(&self.file, self.text, offset, message));
             }
             rest = &rest[end..];
         }
@@ -292,9 +329,13 @@ impl Reader<'_> {
         if self.depth >= MAX_INCLUDES {
             return Err(element.error("files include each other without end"));
         }
+        self.shared.files += 1;
+        if self.shared.files > MAX_FILES {
+            return Err(element.error(format!("more than {MAX_FILES} files are included")));
+        }
         let name = element.required("filename")?;
         let beside = self.file.parent().unwrap_or(Path::new("")).join(name);
-        let beside_scene = self.folder.join(name);
+        let beside_scene = self.shared.folder.join(name);
         let path = match !beside.exists() && beside_scene.exists() {
             true => beside_scene,
             false => beside,
@@ -302,8 +343,7 @@ impl Reader<'_> {
         let fail = |why: String| element.error(format!("{}: {why}", path.display()));
         let bytes = std::fs::read(&path).map_err(|e| fail(e.to_string()))?;
         let text = decoded_xml(&bytes).map_err(fail)?;
-        let place = (path.as_path(), self.folder);
-        let root = parse(place, &text, self.parameters, self.depth + 1)?;
+        let root = parse(&path, &text, self.shared, self.depth + 1)?;
         Ok(if root.tag == "scene" {
             root.children
         } else {
@@ -383,6 +423,37 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert_eq!(error, "s.xml:2:2: `x` in value=\"x\" is not a number");
+    }
+
+    #[test]
+    fn what_grows_without_bounds_is_refused() {
+        let deep = format!(
+            "<scene version='3.0.0'>{}{}</scene>",
+            "<a>".repeat(300),
+            "</a>".repeat(300)
+        );
+        let error = parse_text(&deep).err().unwrap();
+        assert!(error.contains("nested more than 256 deep"), "{error}");
+        let mut bomb = "<scene version='3.0.0'><default name='a0' value='xxxxxxxxxx'/>".to_owned();
+        for i in 1..12 {
+            let ten = format!("$a{}", i - 1).repeat(10);
+            bomb += &format!("<default name='a{i}' value='{ten}'/>");
+        }
+        let error = parse_text(&(bomb + "</scene>")).err().unwrap();
+        assert!(error.contains("grow beyond 16 MiB"), "{error}");
+    }
+
+    #[test]
+    fn includes_are_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |i: usize| folder.path().join(format!("{i}.xml"));
+        for i in 0..15 {
+            let four = format!("<include filename='{}.xml'/>", i + 1).repeat(4);
+            std::fs::write(path(i), format!("<scene version='3.0.0'>{four}</scene>")).unwrap();
+        }
+        std::fs::write(path(15), "<scene version='3.0.0'/>").unwrap();
+        let error = read_document(&path(0)).err().unwrap().to_string();
+        assert!(error.contains("more than 4096 files"), "{error}");
     }
 
     #[test]

@@ -67,6 +67,8 @@ struct Importer<'a> {
     /// What has been made of elements, by their address in the tree.
     materials: HashMap<*const Element, usize>,
     textures: HashMap<*const Element, usize>,
+    /// Textures that are being read, each inside the one before.
+    open_textures: usize,
 }
 
 impl<'a> Importer<'a> {
@@ -91,6 +93,7 @@ impl<'a> Importer<'a> {
             notes: BTreeMap::new(),
             materials: HashMap::new(),
             textures: HashMap::new(),
+            open_textures: 0,
         }
     }
 

@@ -8,6 +8,9 @@ use super::spectrum::colour;
 use super::transform::transform;
 use crate::scene::{ColourSource, SceneError, TextureDescription, TextureSource, Wrap};
 
+/// How deep textures may stand in each other.
+const MAX_OPEN: usize = 64;
+
 impl<'a> Importer<'a> {
     /// The colour parameter called by the first of `names` that is given.
     pub(super) fn colour_source(
@@ -47,6 +50,16 @@ impl<'a> Importer<'a> {
         &mut self,
         element: &'a Element,
     ) -> Result<(ColourSource, f32), SceneError> {
+        if self.open_textures >= MAX_OPEN {
+            return Err(element.error("textures refer to each other without end"));
+        }
+        self.open_textures += 1;
+        let source = self.source_of(element);
+        self.open_textures -= 1;
+        source
+    }
+
+    fn source_of(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
         let element = self.resolved(element)?;
         element.used.set(true);
         if !matches!(element.tag.as_str(), "texture") && element.kind().is_empty() {
