@@ -24,6 +24,7 @@ pub mod report;
 pub mod sample;
 pub mod scene;
 pub mod shade;
+mod standard_error;
 pub mod technique;
 pub mod trace;
 pub mod world;

@@ -3,6 +3,7 @@
 use super::args::CachesArgs;
 use super::exit::{self, Failure};
 use super::render::Prepared;
+use crate::standard_error::tell;
 
 /// Writes `x,y,z,nx,ny,nz,px,py,stage`: scene units in the scene's own frame, pixels from the top
 /// left, stage 0 for the first stage and 1 for the refinement.
@@ -34,6 +35,6 @@ pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
     }
     let bytes = writer.into_inner()?;
     crate::files::write(&args.out, bytes)?;
-    eprintln!("{} records", rendered.records.len());
+    tell!("{} records", rendered.records.len());
     Ok(exit::OK)
 }

@@ -5,6 +5,7 @@ use super::exit::{self, Failure};
 use super::out::say;
 use crate::image::{Palette, Plane, false_color, luminance, write_png_coded};
 use crate::metric::{CompareOptions, Maps, compare_files};
+use crate::standard_error::tell;
 
 /// Prints the metrics and, with `--out`, writes the maps.
 pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
@@ -22,7 +23,7 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
     }
     if result.translucent > 0 {
         let pixels = result.translucent;
-        eprintln!("note: {pixels} pixels are not opaque; their alpha is left out");
+        tell!("note: {pixels} pixels are not opaque; their alpha is left out");
     }
     let json = serde_json::to_value(&result)?;
     if args.json {

@@ -6,6 +6,7 @@ use super::args::GateArgs;
 use super::exit::{self, Failure};
 use super::out::say;
 use crate::experiment::{Cases, Expression, Judged, Plan, Store, Verdict, judge, overall};
+use crate::standard_error::tell;
 
 /// A gate, what was expected, and its judgement per scene and swept value.
 struct Gate {
@@ -49,7 +50,7 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     for gate in &gates {
         print(gate);
     }
-    jobs.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    jobs.notes.iter().for_each(|note| tell!("note: {note}"));
     say!("{} gates, {}", gates.len(), jobs.describe());
     if let Some(file) = &args.junit {
         crate::files::write(file, junit(&plan.name, &gates, &jobs))?;

@@ -12,6 +12,7 @@ use crate::experiment::Override;
 use crate::image::{Image, overview, write_png_coded};
 use crate::report::draw_lights;
 use crate::scene::find_environment;
+use crate::standard_error::tell;
 
 /// Prints the lights, as JSON or a line each, and draws them with `--out`.
 pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
@@ -20,7 +21,7 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     let description = find_environment(&args.map)?;
     let map = Environment::from_description(&description)?;
     if let Some(note) = map.sanitised.note() {
-        eprintln!("note: {note}");
+        tell!("note: {note}");
     }
     let start = std::time::Instant::now();
     let EnvironmentSampler::Lights(sampler) = sampler else {
@@ -59,9 +60,9 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
         }
     }
     for note in &set.notes {
-        eprintln!("note: {note}");
+        tell!("note: {note}");
     }
-    eprintln!("{} lights in {:.1} ms", set.lights.len(), seconds * 1e3);
+    tell!("{} lights in {:.1} ms", set.lights.len(), seconds * 1e3);
     Ok(exit::OK)
 }
 

@@ -27,6 +27,7 @@ pub use args::Cli;
 use args::{RefVerb, SceneVerb, Verb};
 use exit::Failure;
 
+use crate::standard_error::tell;
 use crate::trace::Kernel;
 
 /// Runs the program and maps errors to exit codes.
@@ -40,16 +41,16 @@ pub fn main() -> ExitCode {
         }
     };
     if ctrlc::set_handler(interrupted).is_err() {
-        eprintln!("warning: interrupts are not caught; finished jobs are kept all the same");
+        tell!("warning: interrupts are not caught; finished jobs are kept all the same");
     }
     if let Err(message) = Kernel::requested() {
-        eprintln!("error: {message}");
+        tell!("error: {message}");
         return ExitCode::from(exit::USAGE);
     }
     match dispatch(cli.verb) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            tell!("error: {failure}");
             ExitCode::from(failure.code)
         }
     }
@@ -57,7 +58,7 @@ pub fn main() -> ExitCode {
 
 /// Every finished job is in its place already, so there is nothing to save.
 fn interrupted() {
-    eprintln!("\ninterrupted; finished jobs are kept, run the same command to go on");
+    tell!("\ninterrupted; finished jobs are kept, run the same command to go on");
     std::process::exit(i32::from(exit::INTERRUPTED));
 }
 

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 
 use super::exit;
+use crate::standard_error::tell;
 
 /// Prints to standard output. A reader that has had enough, as `head` has, is no error: the command goes
 /// on, so that its files and its exit code do not depend on who reads. Other errors end the program.
@@ -12,7 +13,7 @@ pub fn write(text: impl Display) {
     if let Err(error) = write!(out, "{text}").and_then(|()| out.flush())
         && error.kind() != ErrorKind::BrokenPipe
     {
-        eprintln!("error: standard output: {error}");
+        tell!("error: standard output: {error}");
         std::process::exit(i32::from(exit::USAGE));
     }
 }

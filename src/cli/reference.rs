@@ -4,6 +4,7 @@ use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
 use super::out::say;
 use crate::experiment::{Loaded, Reference, ReferenceStore, Store, build_technique};
+use crate::standard_error::tell;
 
 /// One line a stored reference.
 pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
@@ -80,7 +81,7 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
                 shot.exposure = *exposure;
                 let contents = (technique.as_ref(), &shot);
                 let mut reference = store.obtain(&key, contents, &|_, _| {})?;
-                let shown = |done, all| eprintln!("{}: {done}/{all}", job.scene);
+                let shown = |done, all| tell!("{}: {done}/{all}", job.scene);
                 let extended = (store.path(&key), args.samples);
                 store.extend(&mut reference, (&extended.0, extended.1), contents, &shown)?;
                 say!(

@@ -12,6 +12,7 @@ use crate::experiment::{
 use crate::image::{Attributes, Layer, write_exr, write_png};
 use crate::registry::technique_named;
 use crate::scene::Scene;
+use crate::standard_error::tell;
 use crate::technique::{Rendered, Technique, TechniqueEntry, Terms};
 
 /// What `--set` replaces of the scene.
@@ -32,7 +33,7 @@ impl Prepared {
         let technique = build_technique(&job)?;
         let loaded = Loaded::new(&job, technique.as_ref())?;
         for note in loaded.world.scene().report.sentences() {
-            eprintln!("note: {note}");
+            tell!("note: {note}");
         }
         Ok(Self {
             job,
@@ -247,10 +248,10 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         say!("{record:#}");
     } else {
         for stage in &rendered.stages.0 {
-            eprintln!("{:<20} {:>8.3} s", stage.name, stage.seconds.wall);
+            tell!("{:<20} {:>8.3} s", stage.name, stage.seconds.wall);
         }
         for note in &rendered.notes {
-            eprintln!("note: {note}");
+            tell!("note: {note}");
         }
     }
     Ok(())

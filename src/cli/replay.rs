@@ -4,6 +4,7 @@ use super::args::ReplayArgs;
 use super::exit::{self, Failure};
 use super::out::say;
 use crate::experiment::{Job, LIGHTS_IN_TIME, Loaded, Row, Store, build_technique};
+use crate::standard_error::tell;
 use crate::technique::Terms;
 use crate::trace::RayCounter;
 
@@ -85,7 +86,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let views = loaded.views(job, frame).map_err(Failure::job)?;
     let shot = loaded.shot((job, frame), &views[0], technique.as_ref());
     if !job.sequence.is_still() {
-        eprintln!("note: frame {frame} is replayed alone, as the first viewer sees it");
+        tell!("note: frame {frame} is replayed alone, as the first viewer sees it");
     }
     let terms = Terms {
         budget: budget as usize,
@@ -94,7 +95,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let started = technique.start(&job.method, &job.method_parameters, terms)?;
     let mut contender = started.contender;
     if contender.searches() {
-        eprintln!(
+        tell!(
             "note: this method picks a setting by error and the job's row does not tell which: the \
              first setting is replayed"
         );

@@ -9,6 +9,7 @@ use super::out;
 use super::plan::{Planned, PlannedSuite, planned, print};
 use super::profile;
 use crate::experiment::{ReferenceStore, RunOptions, Store, run as run_plan};
+use crate::standard_error::tell;
 
 /// Plans all configs first, so that nothing is written when one of them is wrong.
 pub fn run(args: &RunArgs) -> Result<u8, Failure> {
@@ -30,7 +31,7 @@ pub fn run(args: &RunArgs) -> Result<u8, Failure> {
         }
         if let Some(suite) = &group[0].suite {
             let page = crate::report::write_suite(&suite.folder, &suite.title, &done)?;
-            eprintln!("suite:   {}", page.display());
+            tell!("suite:   {}", page.display());
         }
         if failed > 0 && args.fail_fast {
             break;
@@ -56,7 +57,7 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
         checkpoint_every: Duration::from_secs_f64(args.checkpoint),
     };
     for note in planned.plan.notes.iter().filter(|_| !args.quiet) {
-        eprintln!("note: {note}");
+        tell!("note: {note}");
     }
     let outcome = run_plan(&planned.plan, &planned.config, &options)?;
     let written = crate::report::write(&planned.folder)?;
@@ -66,8 +67,8 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
         out::write(profile::text(&store.rows(&planned.plan)));
     }
     if !args.quiet {
-        eprintln!("results: {}", planned.folder.display());
-        eprintln!("report:  {}", planned.folder.join("report.html").display());
+        tell!("results: {}", planned.folder.display());
+        tell!("report:  {}", planned.folder.join("report.html").display());
     }
     Ok(outcome.failed)
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Job, Plan, Row};
+use crate::standard_error::tell;
 
 /// Progress over the estimated rays of all open jobs and their references.
 pub struct Progress {
@@ -250,7 +251,7 @@ impl Progress {
 
     fn line(&self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            tell!("{text}");
         }
     }
 

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::config::{ConfigError, Source};
 use super::overrides::Override;
+use super::plan::check_name;
 
 /// A suite file.
 #[derive(Clone, Debug, Deserialize)]
@@ -44,7 +45,9 @@ impl Suite {
         if !table.contains_key("include") {
             return Ok(None);
         }
-        source.parse().map(Some)
+        let suite: Self = source.parse()?;
+        check_name(&suite.name).map_err(|message| source.error(&["name"], message))?;
+        Ok(Some(suite))
     }
 
     /// The configs with their overrides: the suite's, the member's, then `given`; of overrides of
