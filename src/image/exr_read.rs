@@ -1,5 +1,6 @@
 use super::error::MAX_PIXELS;
 use super::exr_write::ATTRIBUTE;
+use super::guard::{decoded, holds};
 use super::primaries::to_rec709;
 use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
 use exr::meta::MetaData;
@@ -41,16 +42,18 @@ pub fn read_layers(path: &Path) -> Result<LayeredImage, ImageError> {
 }
 
 pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, ImageError> {
-    let damaged = |error: exr::error::Error| ImageError::decode(path, "EXR", error);
     check_headers(path, bytes)?;
-    let file = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(damaged)?;
+    let read = || {
+        exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .all_layers()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .map_err(|error| error.to_string())
+    };
+    let file = decoded(read).map_err(|why| ImageError::decode(path, "EXR", why))?;
     let mut picture = LayeredImage::default();
     picture.chromaticities = file.attributes.chromaticities.map(|c| {
         let place = |at: exr::math::Vec2<f32>| [at.x(), at.y()];
@@ -192,6 +195,7 @@ fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
                 height,
             });
         }
+        holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, "EXR", why))?;
         if header.deep {
             return Err(ImageError::decode(path, "EXR", "deep data is not read"));
         }

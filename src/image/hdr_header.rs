@@ -57,6 +57,14 @@ impl HdrHeader {
         (header.height, header.width) = size.ok_or_else(|| {
             format!("`{line}` was found where a size like `-Y 480 +X 640` is expected")
         })?;
+        // The colour of a row, if all of its pixels are equal.
+        let least = 4 * header.height as usize;
+        if bytes.len() - header.start < least {
+            let found = bytes.len() - header.start;
+            return Err(format!(
+                "{found} bytes follow the header where {least} are the least for `{line}`: the file is cut short"
+            ));
+        }
         Ok(header)
     }
 
@@ -103,13 +111,17 @@ mod tests {
     fn headers_of_all_programs_are_read() {
         for (text, exposure, bottom_up) in [
             (
-                "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 3\nxy",
+                "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 3\nxyxyxyxy",
                 [1.0; 3],
                 false,
             ),
-            ("#?RGBE\r\nGAMMA=1\r\n\r\n-Y 2 +X 3\r\nxy", [1.0; 3], false),
             (
-                "#?RADIANCE\n# made by hand\nEXPOSURE= 2\nEXPOSURE=0.25\nCOLORCORR=1 2 4\n\n+Y 2 +X 3\nxy",
+                "#?RGBE\r\nGAMMA=1\r\n\r\n-Y 2 +X 3\r\nxyxyxyxy",
+                [1.0; 3],
+                false,
+            ),
+            (
+                "#?RADIANCE\n# made by hand\nEXPOSURE= 2\nEXPOSURE=0.25\nCOLORCORR=1 2 4\n\n+Y 2 +X 3\nxyxyxyxy",
                 [0.5, 1.0, 2.0],
                 true,
             ),
@@ -118,7 +130,7 @@ mod tests {
             assert_eq!((header.exposure, header.bottom_up), (exposure, bottom_up));
             assert_eq!((header.width, header.height), (3, 2));
             let plain = header.plain(text.as_bytes());
-            assert!(plain.starts_with(b"#?RADIANCE\n") && plain.ends_with(b"+X 3\nxy"));
+            assert!(plain.starts_with(b"#?RADIANCE\n") && plain.ends_with(b"+X 3\nxyxyxyxy"));
         }
     }
 
@@ -128,6 +140,7 @@ mod tests {
             ("#?RADIANCE\n", "no end"),
             ("#?RADIANCE\n\n+X 3 -Y 2\n", "`+X 3 -Y 2`"),
             ("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 2 +X 3\n", "xyze"),
+            ("#?RADIANCE\n\n-Y 30000 +X 30000\nxy", "cut short"),
             ("#?RADIANCE\nEXPOSURE=0\n\n-Y 2 +X 3\n", "EXPOSURE=0"),
         ] {
             let error = HdrHeader::read(text.as_bytes()).unwrap_err();

@@ -13,6 +13,7 @@ mod exr_write;
 mod false_color;
 #[cfg(test)]
 mod file_tests;
+mod guard;
 mod hdr_header;
 mod layer;
 mod mean;
@@ -30,6 +31,7 @@ pub use error::ImageError;
 pub use exr_read::{LayeredImage, read_layers};
 pub use exr_write::write_exr;
 pub use false_color::{Palette, false_color};
+pub use guard::{decoded, is_cut_jpeg};
 pub use layer::{Attributes, Layer, Plane, Samples};
 pub use mean::ImageMean;
 pub use overview::overview;

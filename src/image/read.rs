@@ -1,4 +1,5 @@
 use super::error::MAX_PIXELS;
+use super::guard::{decoded, holds, is_cut_jpeg};
 use super::hdr_header::HdrHeader;
 use super::{Image, ImageError, exr_read, srgb_decode};
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
@@ -117,9 +118,14 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
             height,
         });
     }
+    holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, name, why))?;
+    if format == ImageFormat::Jpeg && is_cut_jpeg(bytes) {
+        return Err(ImageError::decode(path, name, "the file is cut short"));
+    }
     let mut reader = reader();
     reader.limits(Limits::no_limits());
-    reader.decode().map_err(damaged)
+    decoded(|| reader.decode().map_err(|error| error.to_string()))
+        .map_err(|why| ImageError::decode(path, name, why))
 }
 
 /// Radiance files keep linear values in a shared exponent; the decoder yields f32.

@@ -30,6 +30,15 @@ fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
     let mut mesh = Mesh::default();
     let mut faces = None;
     for (name, element) in &header.elements {
+        let (count, most) = (element.count as u64, bytes.len() as u64);
+        if count > 0 && element.properties.is_empty() {
+            let message = format!("element `{name}` has entries and no properties");
+            return Err(file_error(path, message));
+        }
+        if count > most {
+            let message = format!("{count} entries of `{name}` are promised in {most} bytes");
+            return Err(file_error(path, message));
+        }
         let result = match name.as_str() {
             "vertex" => Parser::<Vertex>::new()
                 .read_payload_for_element(&mut reader, element, &header)
@@ -337,6 +346,18 @@ mod tests {
             !error.contains("ParseError") && !error.contains("expected one of"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn headers_cannot_promise_what_is_not_there() {
+        let empty = "ply\nformat ascii 1.0\nelement odd 1000000000000\nend_header\n";
+        assert!(
+            parse(empty.as_bytes())
+                .unwrap_err()
+                .contains("no properties")
+        );
+        let many = ASCII.replace("element vertex 4", "element vertex 999999999");
+        assert!(parse(many.as_bytes()).unwrap_err().contains("are promised"));
     }
 
     #[test]

@@ -11,6 +11,8 @@ use glam::{DVec3, Vec2};
 use super::text::file_error;
 use super::{Mesh, SceneError};
 
+/// Bytes that a name may have.
+const LONGEST_NAME: usize = 4096;
 const MAGIC: u16 = 0x041c;
 const HAS_NORMALS: u32 = 0x0001;
 const HAS_UVS: u32 = 0x0002;
@@ -105,7 +107,15 @@ impl<R: Read> Stream<R> {
     fn mesh(&mut self, version: u16) -> Result<Mesh, String> {
         let flags = integer(&self.take(4)?) as u32;
         if version == 4 {
-            while self.take(1)?[0] != 0 {}
+            let mut length = 0;
+            while self.take(1)?[0] != 0 {
+                length += 1;
+                if length > LONGEST_NAME {
+                    return Err(format!(
+                        "the name of the mesh is longer than {LONGEST_NAME} bytes"
+                    ));
+                }
+            }
         }
         let vertices = self.count("vertices")?;
         let triangles = self.count("triangles")?;

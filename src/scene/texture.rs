@@ -8,7 +8,7 @@ use glam::Vec2;
 
 use super::text::file_error;
 use super::{Alpha, SceneError, TextureDescription, TextureSource};
-use crate::image::srgb_decode;
+use crate::image::{decoded, is_cut_jpeg, srgb_decode};
 
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -199,17 +199,21 @@ fn load_texels(
 
 /// Decodes an image file; messages name `path`.
 fn decode_texels(
-    bytes: impl BufRead + Seek,
+    mut bytes: impl BufRead + Seek,
     path: &Path,
     description: &TextureDescription,
 ) -> Result<(usize, usize, Texels), SceneError> {
     let srgb = description.srgb;
     let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
-    let image = image::ImageReader::new(bytes)
-        .with_guessed_format()
-        .map_err(|e| fail(&e))?
-        .decode()
-        .map_err(|e| fail(&e))?;
+    let mut whole = Vec::new();
+    bytes.read_to_end(&mut whole).map_err(|e| fail(&e))?;
+    let reader = image::ImageReader::new(Cursor::new(&whole));
+    let reader = reader.with_guessed_format().map_err(|e| fail(&e))?;
+    if reader.format() == Some(image::ImageFormat::Jpeg) && is_cut_jpeg(&whole) {
+        return Err(fail(&"the file is cut short"));
+    }
+    let image = decoded(|| reader.decode().map_err(|e| e.to_string()));
+    let image = image.map_err(|why| fail(&why))?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     if width == 0 || height == 0 {
         return Err(fail(&"the image is empty"));

@@ -1,0 +1,69 @@
+//! Decoders of damaged files: what they may allocate, and what becomes of their defects.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// The result of a decoder; where it panics, that the file is damaged.
+///
+/// # Errors
+/// Those of `decode`.
+pub fn decoded<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err("the file is damaged: its decoder gave up".into()))
+}
+
+/// Whether a JPEG ends before its picture does: nothing marks the end behind its last scan.
+pub fn is_cut_jpeg(bytes: &[u8]) -> bool {
+    const SCAN: [u8; 2] = [0xff, 0xda];
+    const END: [u8; 2] = [0xff, 0xd9];
+    let at = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    match (at(SCAN), at(END)) {
+        (_, None) => true,
+        (scan, Some(end)) => scan.is_some_and(|scan| scan > end),
+    }
+}
+
+/// Pixels that a byte of the best compressed picture may stand for.
+const PIXELS_A_BYTE: usize = 20_000;
+
+/// Refuses a picture whose header promises more than so few bytes can hold.
+///
+/// # Errors
+/// A sentence.
+pub fn holds((width, height): (usize, usize), bytes: usize) -> Result<(), String> {
+    let most = bytes.saturating_mul(PIXELS_A_BYTE);
+    match width.saturating_mul(height) <= most {
+        true => Ok(()),
+        false => Err(format!(
+            "{bytes} bytes are too few for the {width}x{height} pixels that the header promises: the file is cut short"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panics_of_decoders_are_errors() {
+        assert_eq!(decoded(|| Ok(3)), Ok(3));
+        let empty: [u8; 0] = [];
+        let error = decoded::<u8>(|| Ok(empty[std::hint::black_box(1)])).unwrap_err();
+        assert!(error.contains("damaged"), "{error}");
+    }
+
+    #[test]
+    fn a_jpeg_ends_behind_its_last_scan() {
+        let thumbnail = [0xff, 0xd8, 0xff, 0xda, 1, 0xff, 0xd9];
+        let whole = [&thumbnail[..], &[0xff, 0xda, 5, 6, 0xff, 0xd9, 0]].concat();
+        assert!(!is_cut_jpeg(&whole));
+        assert!(is_cut_jpeg(&whole[..whole.len() - 2]));
+        assert!(is_cut_jpeg(&[0xff, 0xd8]));
+    }
+
+    #[test]
+    fn headers_cannot_promise_what_is_not_there() {
+        assert!(holds((1024, 1024), 55).is_ok());
+        assert!(holds((16384, 16384), 55).is_err());
+        assert!(holds((usize::MAX, 2), usize::MAX).is_ok());
+    }
+}
