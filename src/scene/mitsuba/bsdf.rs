@@ -60,6 +60,9 @@ impl<'a> Importer<'a> {
                 return self.unwrapped(element, depth);
             }
             "blendbsdf" | "mixturebsdf" => {
+                if let Some(mixed) = self.diffuse_blend(element, depth)? {
+                    return Ok(mixed);
+                }
                 let kind = element.kind();
                 self.note(format!("`{kind}` becomes the first of its materials"));
                 return self.unwrapped(element, depth);
@@ -128,6 +131,36 @@ impl<'a> Importer<'a> {
             Some(first) => self.bsdf(first, depth + 1),
             None => Err(element.error(format!("`{}` needs a material inside", element.kind()))),
         }
+    }
+
+    /// A blend of two diffuse materials of constant colours, which is one with the mean colour; `None` for others.
+    fn diffuse_blend(
+        &mut self,
+        element: &'a Element,
+        depth: usize,
+    ) -> Result<Option<Material>, SceneError> {
+        let nested = self.nested(element, "bsdf")?;
+        let is_number = |e: &Element| e.child("weight").is_some_and(|w| w.tag == "float");
+        let [first, second] = nested[..] else {
+            return Ok(None);
+        };
+        if !is_number(element) || [first, second].iter().any(|b| b.kind() != "diffuse") {
+            return Ok(None);
+        }
+        let weight = element.float("weight")?.unwrap_or(0.5).clamp(0.0, 1.0) as f32;
+        let mut mixed = self.bsdf(first, depth + 1)?;
+        let other = self.bsdf(second, depth + 1)?;
+        let (Bsdf::Diffuse { reflectance }, Bsdf::Diffuse { reflectance: with }) =
+            (&mut mixed.bsdf, other.bsdf)
+        else {
+            return Ok(None);
+        };
+        let (ColourSource::Constant(a), ColourSource::Constant(b)) = (*reflectance, with) else {
+            return Ok(None);
+        };
+        let mean = std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight);
+        *reflectance = ColourSource::Constant(mean);
+        Ok(Some(mixed))
     }
 
     fn mask(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {

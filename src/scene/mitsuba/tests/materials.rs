@@ -206,3 +206,32 @@ fn conductors_by_their_indices_and_their_names() {
     let outside = format!("{eta}{k}<float name='extEta' value='2'/>");
     assert_eq!(conductor("0.5.0", &outside).0, [0.1, 0.45, 0.55]);
 }
+
+#[test]
+fn blends_of_constant_diffuse_materials_are_their_mean() {
+    let blend = |weight: &str, second: &str| {
+        material(
+            "3.0.0",
+            &format!(
+                "<bsdf type='blendbsdf'>{weight}<bsdf type='diffuse'><rgb name='reflectance' value='0.9 0.1 0.1'/></bsdf>{second}</bsdf>"
+            ),
+        )
+    };
+    let diffuse = "<bsdf type='diffuse'><rgb name='reflectance' value='0.1 0.1 0.9'/></bsdf>";
+    let (mixed, notes) = blend("<float name='weight' value='0.75'/>", diffuse);
+    let Bsdf::Diffuse {
+        reflectance: ColourSource::Constant(mean),
+    } = mixed.bsdf
+    else {
+        panic!("{mixed:?}");
+    };
+    for (found, expected) in mean.iter().zip([0.3, 0.1, 0.7]) {
+        assert!((found - expected).abs() < 1e-6, "{mean:?}");
+    }
+    assert!(notes.is_empty(), "{notes:?}");
+    let (_, notes) = blend(
+        "<float name='weight' value='0.75'/>",
+        "<bsdf type='plastic'/>",
+    );
+    assert_eq!(notes, ["`blendbsdf` becomes the first of its materials"]);
+}
