@@ -371,6 +371,8 @@ fn frames_that_nobody_looks_at_may_be_left_out_by_contenders_without_memory() {
     assert_eq!(errors(all), errors(some));
     assert_eq!((all.flicker, some.flicker), (None, None));
     assert_eq!((all.frames, some.frames, some.frames_measured), (9, 4, 3));
+    let costs = [all, some].map(|row| row.number("rays_per_image").expect("a cost"));
+    assert!((costs[0] / costs[1] - 1.0).abs() < 0.1, "{costs:?}");
     assert!(
         some.notes[0].starts_with("4 of 9 frames"),
         "{:?}",

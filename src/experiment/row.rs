@@ -107,7 +107,10 @@ impl Row {
         self.scene.clone_from(&job.scene);
         self.view.clone_from(&job.view);
         self.frame = job.sequence.representative();
-        self.frames = job.sequence.frames.len() as u64;
+        // A job that was played knows better: it may have left some out.
+        if self.frames == 0 {
+            self.frames = job.sequence.frames.len() as u64;
+        }
         self.frames_measured = job.sequence.measured().count() as u64;
         self.viewers = job.sequence.viewers.len() as u64;
         self.technique.clone_from(&job.technique);
