@@ -321,6 +321,20 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
             &TINY.replace("rmse(VGC+DGS) < 0.5", "rmsx(VGC+DGS) < 0.5"),
             "rmsx",
         ),
+        (
+            &TINY.replace("\"tiny\"", "\"../../tiny\""),
+            "bad.toml:2:1: name: expected the name of one folder",
+        ),
+        (&TINY.replace("\"tiny\"", "\"..\""), "bad.toml:2:1: name"),
+        (&TINY.replace("\"tiny\"", "\"\""), "bad.toml:2:1: name"),
+        (
+            &TINY.replace("\"errors\"", "\"a/errors\""),
+            "name: expected the name of one folder",
+        ),
+        (
+            &TINY.replace("repeats = 2", "repeats = 4000000000"),
+            "make 8000000000 jobs; 1000000 at most",
+        ),
     ];
     for (text, expected) in cases {
         let place = Place::new();
@@ -334,6 +348,21 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
         );
         assert!(!place.path().join("results").exists(), "{expected}");
     }
+}
+
+#[test]
+fn paths_in_a_config_are_relative_to_it() {
+    let place = Place::new();
+    let scene = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n[[shape]]\nkind = \"cube\"\n";
+    std::fs::create_dir_all(place.path().join("there/scenes")).expect("folders");
+    std::fs::create_dir_all(place.path().join("there/configs")).expect("folders");
+    place.write("there/scenes/box.toml", scene);
+    let config = TINY.replace("\"hard-cases\"", "\"../scenes/box.toml\"");
+    let config = config.replace("view = \"poles\"", "");
+    place.write("there/configs/c.toml", &config);
+    let output = place.lightbench(&["plan", "there/configs/c.toml"]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    assert!(output.out.contains("box"), "{}", output.out);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The scenes of a config: found, replaced where they are absent, under the environments it asks for.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -99,7 +99,8 @@ pub(super) fn find_scenes<'a>(
     let choice = &config.scene[index];
     let at =
         |key: &str, message: String| source.error(&["scene", &index.to_string(), key], message);
-    let (found, mut description) = find_or_replace(choice, notes).map_err(|m| at("name", m))?;
+    let (found, mut description) =
+        find_or_replace(source, choice, notes).map_err(|m| at("name", m))?;
     if let Some(metres) = choice.metres_per_unit {
         if !(metres.is_finite() && metres > 0.0) {
             let message = "metres_per_unit: expected a number above 0".into();
@@ -145,29 +146,43 @@ pub(super) fn find_scenes<'a>(
 
 /// A scene by its name, or the one that stands in for it.
 fn find_or_replace(
+    source: &Source,
     choice: &SceneChoice,
     notes: &mut Vec<String>,
 ) -> Result<(String, SceneDescription), String> {
-    let error = match find_scene(&choice.name) {
-        Ok(description) => return Ok((choice.name.clone(), description)),
+    let found = beside(source, &choice.name);
+    let error = match find_scene(&found) {
+        Ok(description) => return Ok((found, description)),
         Err(error) => error.to_string(),
     };
     let other = choice.otherwise.as_ref().ok_or_else(|| error.clone())?;
-    let description = find_scene(other).map_err(|_| error)?;
+    let other = beside(source, other);
+    let description = find_scene(&other).map_err(|_| error)?;
     notes.push(format!(
         "scene `{}` was not found; `{other}` stands in for it",
         choice.name
     ));
-    Ok((other.clone(), description))
+    Ok((other, description))
+}
+
+/// A path in a config is relative to the config, if it leads to something from there.
+fn beside(source: &Source, name: &str) -> String {
+    let folder = source.file.parent().unwrap_or(Path::new(""));
+    let path = folder.join(name);
+    match name.contains(['/', '\\']) && path.exists() {
+        true => path.display().to_string(),
+        false => name.to_owned(),
+    }
 }
 
 impl FoundScene<'_> {
     /// The scene under one of the environments that the config asks for.
     fn under(&self, map: &str, environments: &OneOrMore) -> Result<Self, String> {
         let mut lit = self.clone();
-        let environment = find_environment(map).map_err(|error| error.to_string())?;
+        let found = beside(self.source, map);
+        let environment = find_environment(&found).map_err(|error| error.to_string())?;
         lit.description.environment = Some(environment);
-        lit.environment = Some(map.to_owned());
+        lit.environment = Some(found);
         // A label of its own says all about a scene under one map.
         if self.choice.label.is_none() || environments.names().len() > 1 {
             lit.name = format!("{}/{map}", self.name);
