@@ -7,6 +7,7 @@
 pub mod ambient_occlusion;
 pub mod cached;
 mod contender;
+pub mod direct_lighting;
 mod distribution;
 pub mod environment_lighting;
 pub mod importance_caching;
