@@ -17,6 +17,7 @@ mod path_samples;
 mod paths;
 mod per_sample;
 pub mod radiance;
+mod restir;
 mod running_mean;
 mod shot;
 mod stages;

@@ -2,6 +2,7 @@
 //! path tracing of two edges, for every measured frame and viewer.
 
 mod light_samples;
+mod reservoirs;
 mod sight;
 
 use super::truth::{Parameters, Truth};
@@ -14,6 +15,9 @@ static CONTENDERS: &[ContenderEntry<Truth>] = &[
     path_samples::ENTRY,
     running_mean::ENTRY,
     light_samples::ENTRY,
+    reservoirs::RESTIR,
+    reservoirs::RESTIR_UNBIASED,
+    reservoirs::RTXDI_LIKE,
 ];
 
 /// The registry's entry.

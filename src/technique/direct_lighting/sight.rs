@@ -13,7 +13,7 @@ pub(super) struct Sight {
     /// Radiance that light sampling cannot find: what the camera sees of emitters and the environment, itself, through an
     /// opacity mask and by one mirror or pane.
     pub seen: Vec3,
-    /// What remains to be lit: the hit, and the unit direction of the ray.
+    /// What remains to be lit, opaque: the hit, and the unit direction of the ray.
     pub surface: Option<(Hit, Vec3)>,
 }
 
@@ -32,20 +32,25 @@ impl Sight {
                 surface: None,
             };
         };
-        let at = shot.paths.surfaces().interact(&hit, direction);
-        let mut sight = Self {
-            seen: lights.emitted(&at),
-            surface: None,
-        };
-        let scattered = at.sample(u);
-        if let Some(sample) = scattered.filter(|sample| sample.delta) {
+        let mut at = shot.paths.surfaces().interact(&hit, direction);
+        let mut seen = lights.emitted(&at);
+        let passes_mask = at.bsdf.opacity < 1.0 && rng.next_f32() >= at.bsdf.opacity;
+        if passes_mask {
+            let ray = lights.spawn(&at, direction);
+            return Self {
+                seen: seen + emitted_along(shot, caster, &ray),
+                surface: None,
+            };
+        }
+        at.bsdf.opacity = 1.0;
+        if let Some(sample) = at.sample(u).filter(|sample| sample.delta) {
             let ray = lights.spawn(&at, sample.direction);
-            sight.seen += sample.weight * emitted_along(shot, caster, &ray);
+            seen += sample.weight * emitted_along(shot, caster, &ray);
         }
-        if !at.bsdf.is_delta() && at.bsdf.opacity > 0.0 {
-            sight.surface = Some((hit, direction));
+        Self {
+            seen,
+            surface: (!at.bsdf.is_delta()).then_some((hit, direction)),
         }
-        sight
     }
 }
 
@@ -61,7 +66,9 @@ fn emitted_along(shot: &Shot, caster: &Caster, ray: &Ray) -> Vec3 {
     }
 }
 
-/// The surface of a sight: as `Shot::surface`, but passing an opacity mask is in its scattering.
+/// The surface of a sight: opaque, because whether its mask is passed is decided.
 pub(super) fn surface<'s>(shot: &'s Shot, (hit, direction): (Hit, Vec3)) -> Interaction<'s> {
-    shot.paths.surfaces().interact(&hit, direction)
+    let mut at = shot.paths.surfaces().interact(&hit, direction);
+    at.bsdf.opacity = 1.0;
+    at
 }
