@@ -5,7 +5,7 @@ use crate::entry::About;
 use crate::environment::ENVIRONMENT_SAMPLERS;
 use crate::placement::{FIRST_STAGES, REFINEMENTS};
 use crate::technique::{
-    TechniqueEntry, ambient_occlusion, environment_lighting, importance_caching,
+    TechniqueEntry, ambient_occlusion, direct_lighting, environment_lighting, importance_caching,
     irradiance_caching, radiance, truth,
 };
 
@@ -15,7 +15,7 @@ pub const TECHNIQUES: &[TechniqueEntry] = &[
     environment_lighting::ENTRY,
     irradiance_caching::ENTRY,
     importance_caching::ENTRY,
-    truth::DIRECT,
+    direct_lighting::ENTRY,
     truth::PATH_TRACING,
     radiance::ENTRY,
 ];

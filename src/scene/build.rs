@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::geometry::{Loaded, WorldShape, is_degenerate, load_shape};
 use super::texture::estimated_bytes;
 use super::{
-    Bsdf, ColourSource, Material, Needs, PointLight, SceneDescription, SceneError, Texture,
-    TextureDescription, View,
+    Bsdf, ColourSource, LightKind, Material, Needs, PointLight, SceneDescription, SceneError,
+    Texture, TextureDescription, View,
 };
 use crate::environment::{Environment, EnvironmentDescription, EnvironmentError};
 
@@ -369,7 +369,10 @@ impl Scene {
     ) -> Result<(), SceneError> {
         if needs.emitters {
             let lights = description.lights.iter().map(|light| &light.kind);
-            let dark = self.set_lights_without_extent(lights);
+            let (dark, lit): (Vec<&LightKind>, Vec<&LightKind>) =
+                lights.partition(|light| *light.strength() == [0.0; 3]);
+            self.set_lights_without_extent(lit);
+            let dark = dark.len();
             if dark > 0 {
                 let note = format!("lights of no strength are left out: {dark}");
                 self.report.notes.push(note);

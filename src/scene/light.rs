@@ -111,20 +111,15 @@ impl PointLight {
 }
 
 impl Scene {
-    /// Replaces point, spot and directional lights, which are in the coordinates of the file; those of no strength
-    /// are left out, and their number is returned.
+    /// Replaces point, spot and directional lights, which are in the coordinates of the file. Those of no strength keep
+    /// their place, so that a light has the same index at all times.
     pub(crate) fn set_lights_without_extent<'a>(
         &mut self,
         lights: impl IntoIterator<Item = &'a LightKind>,
-    ) -> usize {
+    ) {
         self.point_lights.clear();
         self.directional_lights.clear();
-        let mut dark = 0;
         for light in lights {
-            if *light.strength() == [0.0; 3] {
-                dark += 1;
-                continue;
-            }
             let origin = self.origin;
             let point = |position: &DVec3, intensity: &[f32; 3], cone| PointLight {
                 position: (*position - origin).as_vec3(),
@@ -156,7 +151,6 @@ impl Scene {
                 }
             }
         }
-        dark
     }
 }
 

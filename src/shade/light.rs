@@ -1,9 +1,13 @@
 //! Choosing a light: emitting triangles, points, parallel light and the environment.
 
 mod emit;
+mod even;
+mod place;
 mod point;
 
 pub use emit::{Emitted, Source};
+pub use even::EvenLights;
+pub use place::{Arriving, ChosenPlace, LightPlace};
 
 use glam::Vec3;
 
@@ -31,6 +35,8 @@ pub struct Lights<'a> {
 
 #[derive(Clone, Copy, Debug)]
 struct EmittingTriangle {
+    /// Index into the scene's triangles.
+    number: u32,
     corner: Vec3,
     edges: [Vec3; 2],
     normal: Vec3,
@@ -97,7 +103,8 @@ impl<'a> Lights<'a> {
             };
             *first = Some(self.triangles.len() as u32);
             let range = shape.first_triangle as usize..;
-            for corners in &scene.triangles[range][..shape.triangle_count as usize] {
+            let corners = &scene.triangles[range][..shape.triangle_count as usize];
+            for (number, corners) in (shape.first_triangle..).zip(corners) {
                 let [p0, p1, p2] = corners.map(|i| scene.positions[i as usize]);
                 let edges = [p1 - p0, p2 - p0];
                 let doubled = edges[0].as_dvec3().cross(edges[1].as_dvec3());
@@ -105,6 +112,7 @@ impl<'a> Lights<'a> {
                 total += area * usable(emission) * std::f64::consts::PI;
                 self.triangle_power.push(total);
                 self.triangles.push(EmittingTriangle {
+                    number,
                     corner: p0,
                     edges,
                     normal: doubled.normalize_or_zero().as_vec3(),
@@ -128,7 +136,7 @@ impl<'a> Lights<'a> {
         }
         let choice = rng.next_f64();
         let [u, v] = [rng.next_f64(), rng.next_f64()];
-        let [area, points, parallel, sky] = self.groups;
+        let [area, points, parallel, _] = self.groups;
         if choice < area {
             let index = pick(&self.triangle_power, choice / area);
             self.sample_triangle(&self.triangles[index], from, [u as f32, v as f32])
@@ -137,15 +145,19 @@ impl<'a> Lights<'a> {
         } else if choice < area + points + parallel {
             self.sample_parallel(from, (choice - (area + points)) / parallel)
         } else {
-            let sample = self.scene.environment.as_ref()?.sample([u, v])?;
-            Some(LightSample {
-                direction: sample.direction,
-                radiance: sample.radiance.into(),
-                pdf_sr: sample.pdf_sr * sky as f32,
-                delta: false,
-                shadow_ray: self.spawn(from, sample.direction),
-            })
+            self.sample_environment([u, v], from)
         }
+    }
+
+    fn sample_environment(&self, place: [f64; 2], from: &Interaction) -> Option<LightSample> {
+        let sample = self.scene.environment.as_ref()?.sample(place)?;
+        Some(LightSample {
+            direction: sample.direction,
+            radiance: sample.radiance.into(),
+            pdf_sr: sample.pdf_sr * self.groups[3] as f32,
+            delta: false,
+            shadow_ray: self.spawn(from, sample.direction),
+        })
     }
 
     fn sample_triangle(
@@ -183,16 +195,27 @@ impl<'a> Lights<'a> {
 
     fn sample_parallel(&self, from: &Interaction, choice: f64) -> Option<LightSample> {
         let index = pick(&self.parallel_power, choice);
-        let (travel, irradiance) = self.scene.directional_lights[index];
-        let total = self.parallel_power[self.parallel_power.len() - 1];
+        self.parallel_sample(index, from)
+    }
+
+    /// Directional light number `index` as seen from a surface.
+    fn parallel_sample(&self, index: usize, from: &Interaction) -> Option<LightSample> {
+        let (travel, irradiance) = *self.scene.directional_lights.get(index)?;
         let direction = -travel.try_normalize()?;
         Some(LightSample {
             direction,
             radiance: irradiance.into(),
-            pdf_sr: (usable(irradiance) * self.disk() / total * self.groups[2]) as f32,
+            pdf_sr: self.parallel_chance(index) as f32,
             delta: true,
             shadow_ray: self.spawn(from, direction),
         })
+    }
+
+    /// Probability with which [`Lights::sample`] selects a directional light.
+    fn parallel_chance(&self, index: usize) -> f64 {
+        let (_, irradiance) = self.scene.directional_lights[index];
+        let total = self.parallel_power[self.parallel_power.len() - 1];
+        usable(irradiance) * self.disk() / total * self.groups[2]
     }
 
     fn disk(&self) -> f64 {
@@ -232,9 +255,13 @@ impl<'a> Lights<'a> {
     }
 
     fn triangle_of(&self, at: &Interaction) -> Option<&EmittingTriangle> {
-        let shape = at.shape as usize;
-        let first = (*self.first_of_shape.get(shape)?)?;
-        let offset = at.triangle - self.scene.shapes[shape].first_triangle;
+        self.triangle_of_shape(at.shape, at.triangle)
+    }
+
+    /// What triangle `number` of the scene, which belongs to a shape, emits.
+    fn triangle_of_shape(&self, shape: u32, number: u32) -> Option<&EmittingTriangle> {
+        let first = (*self.first_of_shape.get(shape as usize)?)?;
+        let offset = number - self.scene.shapes[shape as usize].first_triangle;
         self.triangles.get((first + offset) as usize)
     }
 

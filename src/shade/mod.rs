@@ -11,7 +11,9 @@ mod vpl;
 mod walk;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
-pub use light::{Emitted, LightSample, Lights, Source};
+pub use light::{
+    Arriving, ChosenPlace, Emitted, EvenLights, LightPlace, LightSample, Lights, Source,
+};
 pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};
 pub use vpl::{Gathering, Neighbourhood, Receiver, VirtualLights, VplOptions};

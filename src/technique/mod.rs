@@ -7,6 +7,7 @@
 pub mod ambient_occlusion;
 pub mod cached;
 mod contender;
+pub mod direct_lighting;
 mod distribution;
 pub mod environment_lighting;
 pub mod importance_caching;
@@ -16,6 +17,7 @@ mod path_samples;
 mod paths;
 mod per_sample;
 pub mod radiance;
+mod restir;
 mod running_mean;
 mod shot;
 mod stages;

@@ -1,4 +1,4 @@
-//! The truths, direct lighting and path tracing, whose contenders trace fewer paths.
+//! Path tracing: a technique of its own, whose contenders trace fewer paths, and the truth of others.
 
 use super::{
     ContenderEntry, SAMPLES, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
@@ -7,7 +7,7 @@ use super::{
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
-use crate::shade::{DIRECT_LIGHTING, Depths};
+use crate::shade::Depths;
 use crate::trace::{Caster, Ray};
 
 /// Keys the random numbers of the reference's paths.
@@ -15,7 +15,7 @@ const STREAM: u64 = 0x7472_7574_6800;
 /// Keys those of contenders.
 const CONTENDER_STREAM: u64 = 0x6366_6e74_6472;
 
-/// What both compare.
+/// What path tracing compares.
 static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
 
 /// The registry's entry of path tracing.
@@ -38,34 +38,8 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
     of_contenders: &[],
 };
 
-/// The registry's entry of direct lighting.
-pub const DIRECT: TechniqueEntry = TechniqueEntry {
-    about: About {
-        id: "direct-lighting",
-        module: include_str!("truth.rs"),
-        aliases: &["direct"],
-        summary: "emission and direct light of area, point, spot and directional lights, environment and sun",
-        source: "Veach 1997, power heuristic",
-        bias: Bias::Unbiased,
-        version: 1,
-        failures: &["light through glass and by mirrors is indirect, hence absent"],
-        parameters: Parameters::PARAMETERS,
-    },
-    build: |table| {
-        Ok(Box::new(Truth::new(
-            table,
-            Some(DIRECT_LIGHTING),
-            CONTENDERS,
-        )?))
-    },
-    contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
-    units: &[&SAMPLES],
-    default_method: "reference",
-    of_contenders: &[],
-};
-
 parameters! {
-    /// Parameters of both truths.
+    /// Parameters of path-traced truths.
     #[derive(Clone, Debug)]
     pub(super) struct Parameters {
         /// Seed of the camera paths.

@@ -81,7 +81,7 @@ impl Ray {
 }
 
 /// The closest intersection of a ray.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Hit {
     pub t: f32,
     /// Barycentric weights of the second and third vertex.

@@ -14,6 +14,11 @@ pub const FOUND: &[ColumnEntry] = &[
         Unit::None,
         "share of pixels that the frame before showed",
     ),
+    found(
+        ("rejected_reservoirs", "rejected reservoirs"),
+        Unit::Count,
+        "reservoirs of neighbours and of the frame before that are of another surface",
+    ),
     found(("passes", "passes"), Unit::Count, "estimates of each pixel"),
     found(
         ("rays_of_records", "rays of records"),

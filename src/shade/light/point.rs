@@ -20,14 +20,28 @@ impl<'a> Lights<'a> {
     /// The light that `choice` in [0, 1) selects, and the probability of the selection.
     fn choose_point(&self, choice: f64) -> (&'a PointLight, f64) {
         let index = pick(&self.point_power, choice);
-        let light = &self.scene.point_lights[index];
+        (&self.scene.point_lights[index], self.point_chance(index))
+    }
+
+    /// Probability with which [`Lights::sample`] selects a point or spot light.
+    pub(super) fn point_chance(&self, index: usize) -> f64 {
         let total = self.point_power[self.point_power.len() - 1];
-        (light, power(light) / total * self.groups[1])
+        power(&self.scene.point_lights[index]) / total * self.groups[1]
     }
 
     /// `None` where the light is at the surface point itself.
     pub(super) fn sample_point(&self, from: &Interaction, choice: f64) -> Option<LightSample> {
         let (light, probability) = self.choose_point(choice);
+        self.point_sample(light, probability, from)
+    }
+
+    /// A light, selected with a probability, as seen from a surface.
+    pub(super) fn point_sample(
+        &self,
+        light: &PointLight,
+        probability: f64,
+        from: &Interaction,
+    ) -> Option<LightSample> {
         let towards = light.position - from.position;
         let direction = towards.try_normalize()?;
         let start = self.spawn(from, direction).origin;
@@ -65,7 +79,7 @@ impl<'a> Lights<'a> {
 }
 
 /// Luminance of the power.
-fn power(light: &PointLight) -> f64 {
+pub(super) fn power(light: &PointLight) -> f64 {
     usable(light.intensity) * light.solid_angle()
 }
 

@@ -10,6 +10,8 @@ pub mod layers;
 mod reconstruct;
 mod sharc;
 
+pub(super) use fill::viewer_key;
+
 use super::truth::{Parameters, Truth};
 use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
 use crate::entry::{About, Bias};

@@ -1,0 +1,114 @@
+//! Places on lights, which several surfaces can be lit from: what lets them share light samples.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::{Lights, pick};
+use crate::sample::Rng;
+use crate::shade::surface::Interaction;
+use crate::trace::Ray;
+
+/// A place on a light, whichever surface it lights. Densities over places are per unit area (scene units) of emitting
+/// triangles and per steradian of the environment; lights without extent have probabilities.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum LightPlace {
+    /// Index into the scene's triangles, and where on it: [0, 1)².
+    Triangle(u32, [f32; 2]),
+    /// Index into the scene's point and spot lights.
+    Point(u32),
+    /// Index into the scene's directional lights.
+    Parallel(u32),
+    /// Where on the map, as [`crate::environment::Environment::sample`] takes it: [0, 1)², even in power.
+    Environment([f32; 2]),
+}
+
+/// A place that was selected at random.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenPlace {
+    pub place: LightPlace,
+    /// Density over places with which it was selected.
+    pub density: f32,
+}
+
+/// What a place on a light sends to a surface, unless something is between them.
+#[derive(Clone, Copy, Debug)]
+pub struct Arriving {
+    /// Unit, towards the light.
+    pub direction: Vec3,
+    /// Irradiance of a facing surface for each unit of the measure of places: emitted radiance times cosine over squared
+    /// distance of a triangle, radiance of the environment, irradiance of a light without extent.
+    pub irradiance: Vec3,
+    /// Unoccluded when nothing is met by this ray.
+    pub shadow_ray: Ray,
+}
+
+impl Lights<'_> {
+    /// A place by power, with the density of [`Lights::sample`]; `choice` in [0, 1) selects the light. `None` where
+    /// nothing shines.
+    pub fn choose(&self, choice: f64, rng: &mut Rng) -> Option<ChosenPlace> {
+        if self.is_dark() {
+            return None;
+        }
+        let at = [rng.next_f32(), rng.next_f32()];
+        let [area, points, parallel, _] = self.groups;
+        if choice < area {
+            let light = &self.triangles[pick(&self.triangle_power, choice / area)];
+            Some(ChosenPlace {
+                place: LightPlace::Triangle(light.number, at),
+                density: light.pdf_area,
+            })
+        } else if choice < area + points {
+            let index = pick(&self.point_power, (choice - area) / points);
+            Some(ChosenPlace {
+                place: LightPlace::Point(index as u32),
+                density: self.point_chance(index) as f32,
+            })
+        } else if choice < area + points + parallel {
+            let index = pick(&self.parallel_power, (choice - (area + points)) / parallel);
+            Some(ChosenPlace {
+                place: LightPlace::Parallel(index as u32),
+                density: self.parallel_chance(index) as f32,
+            })
+        } else {
+            let chosen = self.choose_environment(at)?;
+            Some(ChosenPlace {
+                density: chosen.density * self.groups[3] as f32,
+                ..chosen
+            })
+        }
+    }
+
+    /// The place `at` of the environment, with its density among those of the environment alone. `None` without one.
+    pub fn choose_environment(&self, at: [f32; 2]) -> Option<ChosenPlace> {
+        let environment = self.scene.environment.as_ref()?;
+        Some(ChosenPlace {
+            place: LightPlace::Environment(at),
+            density: environment.sample(at.map(f64::from))?.pdf_sr,
+        })
+    }
+
+    /// What a place sends to a surface; `None` where it cannot reach it, or shines no longer.
+    pub fn arriving(&self, place: &LightPlace, from: &Interaction) -> Option<Arriving> {
+        let sample = match *place {
+            LightPlace::Triangle(number, at) => {
+                let shape = *self.scene.triangle_shape.get(number as usize)?;
+                let light = self.triangle_of_shape(shape, number)?;
+                let mut sample = self.sample_triangle(light, from, at)?;
+                // The density of directions is that of the place over this factor.
+                sample.radiance *= light.pdf_area / sample.pdf_sr;
+                sample
+            }
+            LightPlace::Point(index) => {
+                let light = self.scene.point_lights.get(index as usize)?;
+                self.point_sample(light, 1.0, from)?
+            }
+            LightPlace::Parallel(index) => self.parallel_sample(index as usize, from)?,
+            LightPlace::Environment(at) => self.sample_environment(at.map(f64::from), from)?,
+        };
+        Some(Arriving {
+            direction: sample.direction,
+            irradiance: sample.radiance,
+            shadow_ray: sample.shadow_ray,
+        })
+    }
+}

@@ -1,0 +1,97 @@
+//! Surfaces that are lit: what of them is remembered, and what a light sample is worth at one.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use crate::image::luminance;
+use crate::shade::{Arriving, Interaction, LightPlace};
+use crate::technique::Shot;
+use crate::trace::{Caster, Hit};
+
+/// A surface that a pixel shows, by its place on the scene's triangles: it moves with them.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Surface {
+    pub hit: Hit,
+    /// Unit direction of the ray that met it.
+    pub direction: Vec3,
+    /// Unit shading normal on the viewer's side, when it was seen.
+    pub normal: Vec3,
+    /// Length of the path from the camera, scene units.
+    pub depth: f32,
+}
+
+/// A surface ready to be lit.
+pub struct Receiver<'a> {
+    shot: &'a Shot<'a>,
+    at: Interaction<'a>,
+}
+
+impl Surface {
+    /// What a ray met, `depth` away from the camera. Whether it passes an opacity mask is decided.
+    pub fn new(shot: &Shot, hit: Hit, direction: Vec3, depth: f32) -> Self {
+        let at = shot.paths.surfaces().interact(&hit, direction);
+        Self {
+            hit,
+            direction,
+            normal: at.facing_shading_normal(),
+            depth,
+        }
+    }
+
+    /// Whether samples may pass between this surface and another; `depth` is the other's distance from the camera that
+    /// saw this one.
+    pub fn resembles(&self, (normal, depth): (Vec3, f32), [cosine, tolerance]: [f32; 2]) -> bool {
+        let near = (self.depth - depth).abs() <= tolerance * depth.abs();
+        near && self.normal.dot(normal) >= cosine
+    }
+}
+
+impl<'a> Receiver<'a> {
+    /// The surface where it is now.
+    pub fn new(shot: &'a Shot<'a>, surface: &Surface) -> Self {
+        let surfaces = shot.paths.surfaces();
+        let mut at = surfaces.interact(&surface.hit, surface.direction);
+        at.bsdf.opacity = 1.0;
+        Self { shot, at }
+    }
+
+    /// Scene units.
+    pub fn position(&self) -> Vec3 {
+        self.at.position
+    }
+
+    /// What a place on a light sends, and what of it the surface scatters to the camera, without shadows, for each unit of
+    /// the measure of places. `None` where that is nothing.
+    pub fn scattered(&self, place: &LightPlace) -> Option<(Vec3, Arriving)> {
+        let arriving = self.shot.paths.lights().arriving(place, &self.at)?;
+        let scattered = self.at.evaluate(arriving.direction) * arriving.irradiance;
+        (scattered != Vec3::ZERO).then_some((scattered, arriving))
+    }
+
+    /// p̂: what selects samples, the luminance of [`Receiver::scattered`]. 0 where that is not finite.
+    pub fn target(&self, place: &LightPlace) -> f32 {
+        self.scattered(place).map_or(0.0, |(rgb, _)| target_of(rgb))
+    }
+
+    /// The target, 0 in shadow.
+    pub fn shadowed_target(&self, caster: &Caster, place: &LightPlace) -> f32 {
+        match self.scattered(place) {
+            Some((rgb, arriving)) if target_of(rgb) > 0.0 => {
+                match caster.occluded(&arriving.shadow_ray) {
+                    true => 0.0,
+                    false => target_of(rgb),
+                }
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+fn target_of(scattered: Vec3) -> f32 {
+    let target = luminance(scattered.into());
+    if target.is_finite() {
+        target.max(0.0)
+    } else {
+        0.0
+    }
+}
