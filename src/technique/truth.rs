@@ -2,7 +2,7 @@
 
 use super::{
     ContenderEntry, SAMPLES, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
-    each_pixel, path_samples, running_mean,
+    each_pixel, light_cones, path_samples, running_mean,
 };
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::Rng;
@@ -17,6 +17,12 @@ const CONTENDER_STREAM: u64 = 0x6366_6e74_6472;
 
 /// What both compare.
 static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
+/// What direct lighting compares.
+static DIRECT_CONTENDERS: &[ContenderEntry<Truth>] = &[
+    path_samples::ENTRY,
+    running_mean::ENTRY,
+    light_cones::ENTRY,
+];
 
 /// The registry's entry of path tracing.
 pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
@@ -55,10 +61,10 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
         Ok(Box::new(Truth::new(
             table,
             Some(DIRECT_LIGHTING),
-            CONTENDERS,
+            DIRECT_CONTENDERS,
         )?))
     },
-    contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
+    contenders: || DIRECT_CONTENDERS.iter().map(ContenderEntry::listed).collect(),
     units: &[&SAMPLES],
     default_method: "reference",
     of_contenders: &[],

@@ -7,7 +7,7 @@ use super::rules::{Shrinking, SmallCones};
 use super::{MOST_CONES, Update};
 
 /// Where a cone is tested for light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EdgeTest {
     /// Which cone of the entry.
     pub cone: usize,
@@ -24,6 +24,12 @@ impl Update<'_> {
             cone,
             direction: self.cones()[cone].direction_at(angle, turn),
         }
+    }
+
+    /// Whether a test of a cone can change it: not that of a small one that fades anyway.
+    pub fn is_testable(&self, cone: usize) -> bool {
+        let small = self.cones()[cone].half_angle < self.rules.small_deg.to_radians();
+        !small || self.rules.small_cones != SmallCones::Fade
     }
 
     /// Shrinks the cones of tests that met no light.
