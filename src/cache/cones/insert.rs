@@ -16,6 +16,8 @@ pub struct Update<'a> {
     pub(super) lit: [bool; MOST_CONES],
     /// Largest turn of an axis so far, radians.
     pub(super) turn: f32,
+    /// Samples of the update, once they are averaged.
+    pub(super) samples: u32,
     /// Whether the count was lowered.
     lowered: bool,
 }
@@ -29,6 +31,7 @@ impl<'a> Update<'a> {
             arrived: [Vec3::ZERO; MOST_CONES],
             lit: [false; MOST_CONES],
             turn: 0.0,
+            samples: 0,
             lowered: false,
         }
     }
@@ -126,6 +129,7 @@ impl<'a> Update<'a> {
 
     /// Takes `samples` samples, those that reached no light included, into the mean.
     pub fn average(&mut self, samples: u32) {
+        self.samples = samples;
         self.lower_count();
         let weight = match self.rules.weighting {
             Weighting::Samples => samples as f32,

@@ -6,6 +6,9 @@ use super::cone::{Cone, angle_between, turned};
 use super::rules::{Shrinking, SmallCones};
 use super::{MOST_CONES, Update};
 
+/// Samples of an update without which it says nothing that none met a cone.
+const SAMPLES_TO_DOUBT: u32 = 4;
+
 /// Where a cone is tested for light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EdgeTest {
@@ -26,14 +29,13 @@ impl Update<'_> {
         }
     }
 
-    /// Whether a test of a cone can change it: not that of a small one that fades anyway.
-    pub fn is_testable(&self, cone: usize) -> bool {
-        let small = self.cones()[cone].half_angle < self.rules.small_deg.to_radians();
-        !small || self.rules.small_cones != SmallCones::Fade
-    }
-
     /// Shrinks the cones of tests that met no light.
     pub fn shrink(&mut self, dark: &[EdgeTest]) {
+        let doubtful = |test: &EdgeTest| !self.lit[test.cone];
+        if self.samples >= SAMPLES_TO_DOUBT && dark.iter().any(doubtful) {
+            // Light that may be gone: what comes next weighs more.
+            self.entry.count = (self.entry.count / self.rules.doubt).max(1.0);
+        }
         let mut gone = [false; MOST_CONES];
         for test in dark {
             gone[test.cone] = self.shrink_one(test);
@@ -135,6 +137,27 @@ mod tests {
             update.shrink(&[test]);
             assert_eq!(update.finish().cones().len(), left, "{small_cones:?}");
         }
+    }
+
+    #[test]
+    fn a_dark_cone_that_no_sample_meets_is_doubted() {
+        let rules = Rules {
+            turn_deg: 5.0,
+            ..Rules::default()
+        };
+        let count = |samples: u32, lit: bool| {
+            let mut update = Update::of(wide(), &rules);
+            if lit {
+                update.add(Vec3::Z, Vec3::ONE);
+            }
+            update.average(samples);
+            let test = update.edge_of(0, 0.4);
+            update.shrink(&[test]);
+            update.finish().count
+        };
+        assert_eq!(count(1, false), 51.0);
+        assert_eq!(count(10, true), 60.0);
+        assert_eq!(count(10, false), 40.0);
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub(super) struct Gathering<'a> {
     /// Light samples of an entry that is not at rest.
     pub samples: u32,
     pub seed: u64,
+    /// Whether something of the scene has changed of late.
+    pub restless: bool,
 }
 
 /// What updates took and met.
@@ -103,7 +105,7 @@ impl Gathering<'_> {
             Weighting::Samples => first * self.samples,
             Weighting::Updates => first,
         };
-        entry.count >= (enough as f32).min(rules.most_count)
+        !self.restless && entry.count >= (enough as f32).min(rules.most_count)
     }
 
     /// An entry after an update.
@@ -175,7 +177,7 @@ impl Gathering<'_> {
         };
         for cone in 0..count {
             let test = update.edge_of(cone, rng.next_f32());
-            if only.is_some_and(|only| only != cone) || !update.is_testable(cone) {
+            if only.is_some_and(|only| only != cone) {
                 continue;
             }
             let direction = texel.frame.to_world(test.direction);

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::stillness::Stillness;
 use super::texels::Surfaces;
 use crate::cache::surface::{BlockMemory, Blocks, Charts, Grid};
 use crate::scene::Scene;
@@ -12,6 +13,7 @@ pub(super) struct Memory {
     charts: Charts,
     grid: Grid,
     blocks: Vec<BlockMemory>,
+    stillness: Stillness,
 }
 
 impl Memory {
@@ -20,6 +22,7 @@ impl Memory {
             charts: surfaces.charts.clone(),
             grid: surfaces.grid,
             blocks: surfaces.blocks.memory(),
+            stillness: surfaces.stillness,
         }
     }
 
@@ -48,6 +51,7 @@ impl Memory {
             charts: self.charts,
             grid: self.grid,
             blocks,
+            stillness: self.stillness,
         })
     }
 }

@@ -11,7 +11,7 @@
 //! *Differs:* light is integrated over solid angle (the paper's sum says nothing of it); small cones without light are
 //! not removed but fade, and each cone is told apart from others by the gaps between their edges (`rules`); an entry counts
 //! its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which lowers the
-//! count, brings the rays back. In texels of a shape that turns, cones turn with it (`orientation`).
+//! count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones turn with it (`orientation`).
 
 mod gather;
 mod memory;
@@ -19,13 +19,15 @@ mod options;
 mod reuse;
 mod shade;
 mod sight;
+mod stillness;
 mod texels;
 
 use self::gather::{Gathering, Tally};
 use self::memory::Memory;
-use self::options::Parameters;
+use self::options::{Motion, Parameters};
 use self::shade::{Shading, Shown};
 use self::sight::Sight;
+use self::stillness::Stillness;
 use self::texels::Surfaces;
 use crate::cache::cones::Storage;
 use crate::cache::surface::{Asked, Blocks, Charts, Grid, Limits, Requests};
@@ -99,6 +101,9 @@ impl Contender for LightCones {
             Some(surfaces) => surfaces,
             None => self.started(first, rendered)?,
         };
+        rendered
+            .stages
+            .time("blocks", || surfaces.stillness.next(first.scene));
         let sights: Vec<Sight> = shots
             .iter()
             .zip(&mut images)
@@ -146,6 +151,7 @@ impl LightCones {
                     finest: scene.diagonal / self.parameters.finest,
                 },
                 blocks,
+                stillness: Stillness::default(),
             })
         })
     }
@@ -173,6 +179,8 @@ impl LightCones {
             storage: self.storage(),
             samples: self.terms.budget as u32,
             seed: self.terms.seed,
+            restless: self.parameters.motion == Motion::Scene
+                && surfaces.stillness.frames < self.parameters.first_updates,
         };
         let asked = rendered.stages.time("blocks", || {
             let charts = (&surfaces.charts, &surfaces.grid);

@@ -26,6 +26,16 @@ words! {
 }
 
 words! {
+    /// What brings all samples back to entries at rest.
+    pub enum Motion {
+        /// Turns of their cones.
+        Cones = "cones",
+        /// Those, and for `first_updates` frames any change of lights and shapes of the scene.
+        Scene = "scene",
+    }
+}
+
+words! {
     /// What becomes of directions of a cone that lie below the surface.
     pub enum Horizon {
         /// They reflect nothing.
@@ -58,6 +68,8 @@ parameters! {
         pub finest: f32 = 65536.0, Within(1.0, 1e9);
         /// Updates at all samples before an entry is at rest.
         pub first_updates: u32 = 8, Within(0.0, 65536.0);
+        /// What brings all samples back to entries at rest.
+        pub motion: Motion = Motion::Scene;
         /// Samples of an update of entries at rest.
         pub calm_samples: u32 = 1, Within(1.0, 65536.0);
         /// Tests of cones of entries at rest.

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::options::Orientation;
+use super::stillness::Stillness;
 use crate::cache::surface::{Blocks, Charts, Grid, SurfacePoint};
 use crate::sample::Frame;
 use crate::scene::Scene;
@@ -13,6 +14,7 @@ pub(super) struct Surfaces {
     pub charts: Charts,
     pub grid: Grid,
     pub blocks: Blocks,
+    pub stillness: Stillness,
 }
 
 /// A texel's point as a hit.
