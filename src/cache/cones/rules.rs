@@ -74,7 +74,8 @@ parameters! {
         pub turn_deg: f32 = 1.0, AtLeast(0.0), "degrees";
         /// Count from which on such a change lowers it; 256 never does.
         pub turn_count: f32 = 4.0, Within(0.0, 256.0);
-        /// What the count is divided by where a cone is met by none of at least four samples and is dark at its edge.
+        /// What the count is divided by where the scene changes, and a cone is met by none of at least four samples and dark
+        /// at its edge.
         pub doubt: f32 = 1.5, Within(1.0, 255.0);
         /// ε: where the edge of a cone is tested for light, as a part of its half angle.
         pub edge: f32 = 0.1, Within(0.0, 1.0);

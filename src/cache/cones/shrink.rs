@@ -29,13 +29,17 @@ impl Update<'_> {
         }
     }
 
-    /// Shrinks the cones of tests that met no light.
-    pub fn shrink(&mut self, dark: &[EdgeTest]) {
+    /// Lowers the count where a cone is dark at its edge and no sample met it: its light may be gone, and what comes next
+    /// weighs more. Only for lights that may have changed: weak ones are missed by most updates anyway.
+    pub fn doubt(&mut self, dark: &[EdgeTest]) {
         let doubtful = |test: &EdgeTest| !self.lit[test.cone];
         if self.samples >= SAMPLES_TO_DOUBT && dark.iter().any(doubtful) {
-            // Light that may be gone: what comes next weighs more.
             self.entry.count = (self.entry.count / self.rules.doubt).max(1.0);
         }
+    }
+
+    /// Shrinks the cones of tests that met no light.
+    pub fn shrink(&mut self, dark: &[EdgeTest]) {
         let mut gone = [false; MOST_CONES];
         for test in dark {
             gone[test.cone] = self.shrink_one(test);
@@ -152,6 +156,7 @@ mod tests {
             }
             update.average(samples);
             let test = update.edge_of(0, 0.4);
+            update.doubt(&[test]);
             update.shrink(&[test]);
             update.finish().count
         };

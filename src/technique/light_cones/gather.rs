@@ -190,6 +190,9 @@ impl Gathering<'_> {
                 found += 1;
             }
         }
+        if self.restless {
+            update.doubt(&dark[..found]);
+        }
         update.shrink(&dark[..found]);
     }
 

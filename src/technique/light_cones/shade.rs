@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
-use super::sight::{Addresses, Sight};
+use super::sight::{Addresses, Sight, camera_ray};
 use super::texels::{Surfaces, frame_of};
 use crate::cache::cones::{Cone, Storage};
 use crate::cache::surface::Texel;
@@ -86,7 +86,7 @@ impl Shading<'_> {
         for (pixel, value) in (first..).zip(row) {
             let mut sum = Vec3::ZERO;
             for sample in 0..samples {
-                let ray = self.shot.camera_ray(pixel as u32, sample as u32);
+                let ray = camera_ray(self.shot, pixel as u32, sample as u32);
                 let seen = (ray, sight.hits[pixel * samples + sample]);
                 let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
                 let number = u64::from(self.shot.frame) << 32 | sample as u64;
@@ -121,7 +121,7 @@ impl Shading<'_> {
             let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
             for (texel, weight) in texels {
                 tally.lookups += 1;
-                if let Some(light) = self.scattered(&at, texel) {
+                if let Some(light) = self.scattered(&at, (texel, weight)) {
                     scattered += light * weight;
                     weights += weight;
                 }
@@ -148,8 +148,9 @@ impl Shading<'_> {
         sample.weight * Vec3::from(seen)
     }
 
-    /// What a surface sends to its viewer of the light of a texel; `None` where that was never updated.
-    fn scattered(&self, at: &Interaction, texel: Texel) -> Option<Vec3> {
+    /// What a surface sends to its viewer of the light of a texel; `None` where that was never updated. A texel of little
+    /// weight gets its part of the directions.
+    fn scattered(&self, at: &Interaction, (texel, weight): (Texel, f32)) -> Option<Vec3> {
         let (point, words) = self.surfaces.blocks.texel(texel)?;
         let entry = self.storage.read(words);
         if entry.count <= 0.0 || !point.is_somewhere() {
@@ -162,14 +163,22 @@ impl Shading<'_> {
         let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
         let turn = turn as f32 / (1 << 24) as f32;
         let cones = entry.carried(|axis| frame.to_world(axis).normalize());
-        let of_cone = |cone: &Cone| self.scattered_of(at, cone, turn);
+        let samples = (self.parameters.shading_samples as f32 * weight).ceil() as u32;
+        let of_cone = |cone: &Cone| self.scattered_of(at, cone, (samples.max(1), turn));
         Some(cones.cones().iter().map(of_cone).sum())
     }
 
-    fn scattered_of(&self, at: &Interaction, cone: &Cone, turn: f32) -> Vec3 {
-        let samples = self.parameters.shading_samples;
-        let frame = Frame::from_normal(cone.axis);
+    fn scattered_of(&self, at: &Interaction, cone: &Cone, (samples, turn): (u32, f32)) -> Vec3 {
         let normal = at.facing_shading_normal();
+        let height = cone.axis.dot(normal);
+        if let Some(scattering) = at.lambertian()
+            && height >= cone.half_angle.sin()
+        {
+            // All of it is above the surface: the mean cosine is known.
+            let cosine = height * 0.5 * (1.0 + cone.half_angle.cos());
+            return cone.light * scattering * cosine;
+        }
+        let frame = Frame::from_normal(cone.axis);
         let (mut sum, mut above) = (Vec3::ZERO, 0);
         for i in 0..samples {
             let u = (i as f32 + 0.5) / samples as f32;

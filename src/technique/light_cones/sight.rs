@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use super::options::{Filter, Parameters};
 use super::texels::{Surfaces, normal_of};
 use crate::cache::surface::{Grid, Requests, Surface, Texel};
+use crate::sample::Rng;
 use crate::scene::{Bsdf, Scene};
 use crate::technique::Shot;
-use crate::trace::{Caster, Hit, RayCounter};
+use crate::trace::{Caster, Hit, Ray, RayCounter};
 
 /// What a viewer sees.
 pub(super) struct Sight {
@@ -74,6 +75,20 @@ impl Sight {
     }
 }
 
+/// Keys the places of camera samples in pixels.
+const STREAM: u64 = 0x636f_6e65_6361;
+
+/// The camera ray through sample `sample` of a pixel: evenly spread ones, moved together to another place of the pixel in
+/// each frame, so that a mean over frames has smooth edges. Viewers who see the same cast the same.
+pub(super) fn camera_ray(shot: &Shot, pixel: u32, sample: u32) -> Ray {
+    let mut rng = Rng::new(0, STREAM, u64::from(pixel), u64::from(shot.frame));
+    let [dx, dy] = Shot::sub_pixel(sample).map(|part| (part + rng.next_f64()).fract());
+    let x = (pixel as usize % shot.width) as f64 + dx;
+    let y = (pixel as usize / shot.width) as f64 + dy;
+    let direction = shot.view.direction(x, y, [shot.width, shot.height]);
+    Ray::new(shot.view.origin.as_vec3(), direction)
+}
+
 /// Casts the camera samples of a band of pixels from row `top` on.
 fn look(shot: &Shot, caster: &Caster, (top, hits): (usize, &mut [Option<Hit>])) {
     let samples = shot.spp as usize;
@@ -88,7 +103,7 @@ fn look(shot: &Shot, caster: &Caster, (top, hits): (usize, &mut [Option<Hit>])) 
             directions.clear();
             directions.extend(pixels().map(|pixel| {
                 let pixel = (top * shot.width + pixel) as u32;
-                shot.camera_ray(pixel, sample as u32).direction
+                camera_ray(shot, pixel, sample as u32).direction
             }));
             let found = &mut found[..directions.len()];
             caster.closest_bundle(origin, &directions, f32::INFINITY, found);
@@ -141,7 +156,7 @@ impl<'a> Addresses<'a> {
         for (index, hit) in hits.iter().enumerate() {
             let Some(hit) = hit else { continue };
             let (pixel, sample) = (first_pixel + index / samples, index % samples);
-            let ray = self.shot.camera_ray(pixel as u32, sample as u32);
+            let ray = camera_ray(self.shot, pixel as u32, sample as u32);
             if let Some(address) = self.of(hit, ray.direction) {
                 let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
                 texels.for_each(|(texel, _)| requests.ask(texel));

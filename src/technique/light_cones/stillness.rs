@@ -19,17 +19,13 @@ pub(super) struct Stillness {
 const RUN: usize = 4096;
 
 impl Stillness {
-    /// Takes in the scene of the next frame.
+    /// Takes in the scene of the next frame; before the first one nothing has changed.
     pub fn next(&mut self, scene: &Scene) {
         let now = fingerprint(scene);
-        let same = self
-            .fingerprint
-            .replace(now)
-            .is_none_or(|before| before == now);
-        self.frames = if same {
-            self.frames.saturating_add(1)
-        } else {
-            0
+        self.frames = match self.fingerprint.replace(now) {
+            None => u32::MAX,
+            Some(before) if before == now => self.frames.saturating_add(1),
+            Some(_) => 0,
         };
     }
 }
