@@ -183,22 +183,29 @@ fn point(position: [f64; 3], intensity: f32) -> LightKind {
 #[test]
 fn resting_light_comes_nearer_to_the_truth_frame_by_frame() {
     let technique = direct();
-    let built = Built::new(&lamp_room(0.3, 20.0));
+    // Lights of unlike strength, so that choosing among them is noise at first.
+    let mut description = lamp_room(0.3, 20.0);
+    description.lights = [point([1.5, 1.5, 1.0], 1.0), point([-1.5, 1.0, 0.5], 0.3)]
+        .into_iter()
+        .map(Into::into)
+        .collect();
+    let built = Built::new(&description);
     let truth = built.truth(technique.as_ref());
     for text in [
         "filter = 'bilinear'",
         "filter = 'nearest'",
         "compressed = true",
     ] {
-        let mut contender = cones(technique.as_ref(), text);
+        // Small texels, so that shadows are not what is off.
+        let text = format!("{text}\nbias = -1.0");
+        let mut contender = cones(technique.as_ref(), &text);
         let errors = [0..1, 1..8, 8..64].map(|frames| {
             let rendered = built.play(contender.as_mut(), frames);
-            rmse(&rendered.image, &truth)
+            rmse(&rendered.image, &truth) / mean(&truth)
         });
         assert!(
-            errors[1] < 0.7 * errors[0] && errors[2] < errors[1] && errors[2] < 0.06 * mean(&truth),
-            "{text}: {errors:?} of {}",
-            mean(&truth)
+            errors[1] < 0.8 * errors[0] && errors[2] < errors[1] && errors[2] < 0.08,
+            "{text}: {errors:?}"
         );
     }
 }
@@ -272,16 +279,13 @@ fn viewers_see_the_same_in_any_order_and_share_what_they_both_see() {
             let shots = order.map(|viewer| built.seen(viewer, frame));
             images = contender.frame(&shots).expect("a frame");
         }
-        order.map(|viewer| {
-            let place = order.iter().position(|v| *v == viewer).expect("there");
-            images[place].clone()
-        })
+        images
     };
-    let [a, b] = play([0, 1]);
-    let [c, d] = play([1, 0]);
-    assert_eq!(a.image.pixels, d.image.pixels);
-    assert_eq!(b.image.pixels, c.image.pixels);
-    assert_eq!(a.found.len(), d.found.len());
+    let (in_order, reversed) = (play([0, 1]), play([1, 0]));
+    for (a, b) in in_order.iter().zip(reversed.iter().rev()) {
+        assert_eq!(a.image.pixels, b.image.pixels);
+        assert_eq!(a.found, b.found);
+    }
     // What one sees twice is updated once; what two see in part, in part.
     let twice = play([0, 0]);
     let once = built.play(cones(technique.as_ref(), "").as_mut(), 0..4);
@@ -289,7 +293,8 @@ fn viewers_see_the_same_in_any_order_and_share_what_they_both_see() {
     assert_eq!(of(&twice[0]), of(&once));
     assert_eq!(twice[0].image.pixels, twice[1].image.pixels);
     assert_eq!(twice[0].image.pixels, once.image.pixels);
-    assert!(of(&a) > of(&once) && of(&a) < 1.9 * of(&once));
+    let both = of(&in_order[0]);
+    assert!(both > of(&once) && both < 1.9 * of(&once), "{both}");
     // The cache is held once.
     assert_eq!(
         (twice[0].bytes_cache, twice[1].bytes_cache),
@@ -326,38 +331,38 @@ fn a_sequence_goes_on_from_what_was_remembered() {
 fn what_moves_carries_its_texels_along() {
     let technique = direct();
     let description = lamp_room(0.3, 20.0);
-    let scene = Scene::build(&description, Needs::ALL).expect("a scene");
     let place = |time_s: f64| {
         DAffine3::from_rotation_y(0.7 * time_s)
             * DAffine3::from_translation(DVec3::new(time_s, 0.0, 0.0))
     };
-    let moves = (0..3).map(|shape| Motion {
-        shape,
-        place: Box::new(place),
-    });
-    let mut world = World::moving(scene, moves.collect(), &[0.0, 1.0, 2.0]);
-    let origin = world.origin();
-    let mut contender = cones(technique.as_ref(), "motion = 'cones'");
-    let mut images = Vec::new();
-    for frame in 0..3 {
-        let time_s = f64::from(frame);
-        let mut view = description.views[0].clone();
-        let carried = place(time_s);
-        view.origin = carried.transform_point3(view.origin) - origin;
-        for direction in [&mut view.right, &mut view.up, &mut view.forward] {
-            *direction = carried.transform_vector3(*direction);
+    let play = |times_s: [f64; 3]| {
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let moves = (0..3).map(|shape| Motion {
+            shape,
+            place: Box::new(place),
+        });
+        let mut world = World::moving(scene, moves.collect(), &[0.0, 1.0, 2.0]);
+        let origin = world.origin();
+        let mut contender = cones(technique.as_ref(), "motion = 'cones'");
+        let mut last = Rendered::default();
+        for (frame, time_s) in (0..).zip(times_s) {
+            let mut view = description.views[0].clone();
+            let carried = place(time_s);
+            view.origin = carried.transform_point3(view.origin) - origin;
+            for direction in [&mut view.right, &mut view.up, &mut view.forward] {
+                *direction = carried.transform_vector3(*direction);
+            }
+            let shot = shot_of(world.at(time_s), &view, (frame, 16));
+            let mut images = contender.frame(&[shot]).expect("a frame");
+            last = images.pop().expect("one image");
         }
-        let shot = shot_of(world.at(time_s), &view, (frame, 16));
-        images.extend(contender.frame(&[shot]).expect("a frame"));
-    }
-    let built = Built::new(&description);
-    let mut still = cones(technique.as_ref(), "motion = 'cones'");
-    let still = built.play(still.as_mut(), 0..3);
-    let moved = &images[2];
-    let new = found(moved, "new_blocks") / found(moved, "blocks");
-    assert!(new < 0.05, "{new} of the blocks are new");
+        last
+    };
+    let (moved, still) = (play([0.0, 1.0, 2.0]), play([0.0; 3]));
+    assert!(found(&still, "new_blocks") < 0.05 * found(&still, "blocks"));
+    assert!(found(&moved, "new_blocks") < 0.05 * found(&moved, "blocks"));
     let off = rmse(&moved.image, &still.image) / mean(&still.image);
-    assert!(off < 0.03, "{off}");
+    assert!(off < 0.02, "{off}");
 }
 
 #[test]
@@ -368,9 +373,9 @@ fn light_that_goes_out_is_soon_gone_and_comes_back() {
     off.scene.shapes[2].emission = Some([0.0; 3]);
     let mut contender = cones(technique.as_ref(), "");
     let bright = mean(&on.play(contender.as_mut(), 0..40).image);
-    let dark = mean(&off.play(contender.as_mut(), 40..56).image);
-    assert!(dark < 0.03 * bright, "{dark} of {bright}");
-    let again = mean(&on.play(contender.as_mut(), 56..72).image);
+    let dark = mean(&off.play(contender.as_mut(), 40..68).image);
+    assert!(dark < 0.08 * bright, "{dark} of {bright}");
+    let again = mean(&on.play(contender.as_mut(), 68..84).image);
     assert!((again / bright - 1.0).abs() < 0.1, "{again} of {bright}");
 }
 
