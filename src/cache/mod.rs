@@ -1,10 +1,13 @@
-//! Shading points, nearest-record search and interpolation weights, and cells in world space, shared by cached techniques.
+//! Shading points, nearest-record search and interpolation weights, cells in world space, texels on surfaces and cones of light,
+//! shared by cached techniques.
 
+pub mod cones;
 pub mod hash;
 pub mod interpolation;
 mod metric;
 mod points;
 mod search;
+pub mod surface;
 mod tile;
 mod tree;
 

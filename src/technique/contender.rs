@@ -198,8 +198,9 @@ pub fn play_frame(contender: &mut dyn Contender, shots: &[Shot]) -> Result<Vec<R
     let peak = Peak::start();
     let mut images = contender.frame(shots)?;
     let held = peak.bytes();
+    let kept: usize = images.iter().map(|rendered| rendered.bytes_cache).sum();
     for (shot, rendered) in shots.iter().zip(&mut images) {
-        rendered.bytes_work = held.saturating_sub(rendered.bytes_cache);
+        rendered.bytes_work = held.saturating_sub(kept);
         shot.add_layer(&mut rendered.image);
     }
     Ok(images)

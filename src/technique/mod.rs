@@ -12,6 +12,7 @@ mod distribution;
 pub mod environment_lighting;
 pub mod importance_caching;
 pub mod irradiance_caching;
+mod light_cones;
 mod passes;
 mod path_samples;
 mod paths;

@@ -214,7 +214,7 @@ pub const FOUND: &[ColumnEntry] = &[
     found(
         ("evicted", "evicted"),
         Unit::Count,
-        "cells that a frame gave up for their age",
+        "cells or blocks that a frame gave up for their age",
     ),
     found(
         ("blended", "blended"),
@@ -225,6 +225,77 @@ pub const FOUND: &[ColumnEntry] = &[
         ("dropped_samples", "dropped samples"),
         Unit::Count,
         "samples of a frame that found no slot in the hash table",
+    ),
+    found(
+        ("islands", "islands"),
+        Unit::Count,
+        "pieces of surface with a chart of their own",
+    ),
+    found(
+        ("blocks", "blocks"),
+        Unit::Count,
+        "blocks of 8 × 8 texels that are kept",
+    ),
+    found(
+        ("new_blocks", "new blocks"),
+        Unit::Count,
+        "blocks of texels that a frame added",
+    ),
+    found(
+        ("refused_blocks", "refused blocks"),
+        Unit::Count,
+        "blocks of texels of a frame that found no room",
+    ),
+    found(
+        ("texels", "texels"),
+        Unit::Count,
+        "texels that the viewers of a frame ask for together",
+    ),
+    found(
+        ("block_fill", "block fill"),
+        Unit::None,
+        "share of the texels of blocks that are asked for",
+    ),
+    found(
+        ("reused_texels", "reused texels"),
+        Unit::Count,
+        "texels of a frame that began with the cones of another size of texels",
+    ),
+    found(
+        ("calm_texels", "texels at rest"),
+        Unit::None,
+        "share of a frame's texels whose light has been at rest",
+    ),
+    found(("cones", "cones"), Unit::None, "cones of a texel, mean"),
+    found(
+        ("light_samples", "light samples"),
+        Unit::Count,
+        "light samples of a frame's texels, with those that cast no ray",
+    ),
+    found(
+        ("edge_tests", "edge tests"),
+        Unit::Count,
+        "rays of a frame near the edges of cones",
+    ),
+    found(
+        ("active_bytes", "active"),
+        Unit::Bytes,
+        "bytes of the blocks of texels that are kept, of all viewers together",
+    ),
+    found(
+        ("allocated_bytes", "allocated"),
+        Unit::Bytes,
+        "bytes that are set aside for blocks of texels, of all viewers together",
+    ),
+    found(
+        ("uncached", "uncached"),
+        Unit::None,
+        "share of camera samples that no texel serves",
+    ),
+    found(
+        ("other_texel_sizes", "other texel sizes"),
+        Unit::None,
+        "share of camera samples for which there are no texels of the size that suits them",
     ),
 ];
 

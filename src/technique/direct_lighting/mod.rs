@@ -6,7 +6,7 @@ mod reservoirs;
 mod sight;
 
 use super::truth::{Parameters, Truth};
-use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
+use super::{ContenderEntry, SAMPLES, TechniqueEntry, light_cones, path_samples, running_mean};
 use crate::entry::{About, Bias};
 use crate::shade::DIRECT_LIGHTING;
 
@@ -18,6 +18,7 @@ static CONTENDERS: &[ContenderEntry<Truth>] = &[
     reservoirs::RESTIR,
     reservoirs::RESTIR_UNBIASED,
     reservoirs::RTXDI_LIKE,
+    light_cones::ENTRY,
 ];
 
 /// The registry's entry.

@@ -1,0 +1,171 @@
+//! Adding samples of lights to the cones of an entry (section 3.1.1 and Fig. 5).
+
+use glam::Vec3;
+
+use super::cone::Cone;
+use super::rules::{Comparison, Rules, Unlit, Weighting};
+use super::{Entry, MOST_CONES, angle_between};
+
+/// One update of an entry: samples are added, then [`Update::finish`] takes them into the mean.
+pub struct Update<'a> {
+    pub(super) rules: &'a Rules,
+    pub(super) entry: Entry,
+    /// X: light that the samples of this update brought into each cone, a mean over all of them.
+    pub(super) arrived: [Vec3; MOST_CONES],
+    /// Whether one fell into it.
+    pub(super) lit: [bool; MOST_CONES],
+    /// Largest turn of an axis so far, radians.
+    pub(super) turn: f32,
+    /// Samples of the update, once they are averaged.
+    pub(super) samples: u32,
+    /// Whether the count was lowered.
+    lowered: bool,
+}
+
+impl<'a> Update<'a> {
+    /// Begins with what an entry holds.
+    pub fn of(entry: Entry, rules: &'a Rules) -> Self {
+        Self {
+            rules,
+            entry,
+            arrived: [Vec3::ZERO; MOST_CONES],
+            lit: [false; MOST_CONES],
+            turn: 0.0,
+            samples: 0,
+            lowered: false,
+        }
+    }
+
+    /// The cones as they are by now.
+    pub fn cones(&self) -> &[Cone] {
+        self.entry.cones()
+    }
+
+    /// Adds light from a unit direction: radiance over density (or irradiance over probability) of a sample that reaches
+    /// its light, divided by the number of all samples of the update.
+    pub fn add(&mut self, direction: Vec3, light: Vec3) {
+        let cone = self.cone_for(direction);
+        self.arrived[cone] += light;
+        self.lit[cone] = true;
+    }
+
+    /// The cone that a sample belongs to, after it has been made or widened for it.
+    fn cone_for(&mut self, direction: Vec3) -> usize {
+        if let Some(inside) = self.innermost(direction) {
+            return inside;
+        }
+        let new = Cone {
+            axis: direction,
+            half_angle: self.rules.least_angle(),
+            light: Vec3::ZERO,
+        };
+        if self.entry.used < self.rules.cones.min(MOST_CONES) {
+            return self.push(new);
+        }
+        let between = match self.rules.comparison {
+            Comparison::Gaps => |a: &Cone, b: &Cone| (a.gap_to(b.axis) - b.half_angle).max(0.0),
+            Comparison::Axes => |a: &Cone, b: &Cone| angle_between(a.axis, b.axis),
+        };
+        // A sample is a cone without width.
+        let sample = Cone {
+            axis: direction,
+            ..Cone::default()
+        };
+        let distances = self.cones().iter().map(|cone| between(cone, &sample));
+        let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let (nearest, distance) = nearest.unwrap_or((0, 0.0));
+        match self.entry.closest_pair(between) {
+            Some((pair, apart)) if apart <= distance => {
+                self.merge(pair);
+                self.push(new)
+            }
+            _ => {
+                let widened = self.entry.cones[nearest].around(direction);
+                self.replace(nearest, widened);
+                nearest
+            }
+        }
+    }
+
+    /// (A) The cone that a direction is deepest inside of, measured by its half angle.
+    fn innermost(&self, direction: Vec3) -> Option<usize> {
+        let depth = |cone: &Cone| angle_between(cone.axis, direction) / cone.half_angle;
+        let depths = self.cones().iter().map(depth).enumerate();
+        let inside = depths.filter(|(_, depth)| *depth <= 1.0);
+        inside.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+    }
+
+    /// (B) A new cone.
+    fn push(&mut self, cone: Cone) -> usize {
+        let index = self.entry.used;
+        self.entry.cones[index] = cone;
+        self.arrived[index] = Vec3::ZERO;
+        self.lit[index] = false;
+        self.entry.used += 1;
+        index
+    }
+
+    /// (C) A cone that is widened, or turned otherwise.
+    pub(super) fn replace(&mut self, index: usize, cone: Cone) {
+        let turn = angle_between(self.entry.cones[index].axis, cone.axis);
+        self.turn = self.turn.max(turn);
+        self.entry.cones[index] = cone;
+    }
+
+    /// (D) Two cones become the smallest one around both.
+    fn merge(&mut self, [a, b]: [usize; 2]) {
+        let merged = self.entry.cones[a].enclosing(&self.entry.cones[b]);
+        self.replace(a, merged);
+        self.arrived[a] += self.arrived[b];
+        self.lit[a] |= self.lit[b];
+        self.remove(b);
+    }
+
+    pub(super) fn remove(&mut self, index: usize) {
+        self.arrived.copy_within(index + 1..self.entry.used, index);
+        self.lit.copy_within(index + 1..self.entry.used, index);
+        self.entry.remove(index);
+    }
+
+    /// Takes `samples` samples, those that reached no light included, into the mean.
+    pub fn average(&mut self, samples: u32) {
+        self.samples = samples;
+        self.lower_count();
+        let weight = match self.rules.weighting {
+            Weighting::Samples => samples as f32,
+            Weighting::Updates => 1.0,
+        };
+        let count = (self.entry.count + weight).min(self.rules.most_count.max(weight));
+        self.entry.count = count;
+        let share = weight / count;
+        for (index, cone) in self.entry.cones[..self.entry.used].iter_mut().enumerate() {
+            if self.lit[index] || self.rules.unlit == Unlit::Fades {
+                cone.light += (self.arrived[index] - cone.light) * share;
+            }
+        }
+    }
+
+    /// Lowers the count where an axis has turned, once in an update: what comes next then weighs more.
+    fn lower_count(&mut self) {
+        let turn_deg = self.turn.to_degrees();
+        if self.lowered
+            || turn_deg <= self.rules.turn_deg
+            || self.entry.count <= self.rules.turn_count
+        {
+            return;
+        }
+        self.lowered = true;
+        let factor = (1.0 + 0.05 * turn_deg).clamp(1.01, 3.0);
+        self.entry.count = (self.entry.count / factor).max(1.0);
+    }
+
+    /// The entry after the update, without cones that hold next to nothing.
+    pub fn finish(mut self) -> Entry {
+        self.lower_count();
+        self.entry.tidy(self.rules.negligible, &self.lit);
+        self.entry
+    }
+}
+
+#[cfg(test)]
+mod tests;

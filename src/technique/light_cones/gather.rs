@@ -1,0 +1,226 @@
+//! Updating texels: light samples from their surface points, and rays near the edges of their cones.
+
+use glam::Vec3;
+
+use super::options::{CalmTests, Parameters};
+use super::texels::{frame_of, hit_of, normal_of};
+use crate::cache::cones::{Cone, EdgeTest, Entry, MOST_CONES, Storage, Update, Weighting};
+use crate::cache::surface::{BLOCK_TEXELS, Block, Blocks};
+use crate::image::luminance;
+use crate::sample::{Frame, Rng};
+use crate::shade::Interaction;
+use crate::technique::Shot;
+use crate::trace::{Caster, Hit, RayCounter};
+
+/// The updates of a frame.
+pub(super) struct Gathering<'a> {
+    /// Any of the frame: lights and surfaces are the same for all viewers.
+    pub shot: &'a Shot<'a>,
+    pub parameters: &'a Parameters,
+    pub storage: Storage,
+    /// Light samples of an entry that is not at rest.
+    pub samples: u32,
+    pub seed: u64,
+    /// Whether something of the scene has changed of late.
+    pub restless: bool,
+}
+
+/// What updates took and met.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    pub texels: u64,
+    /// Texels at rest.
+    pub calm: u64,
+    pub cones: u64,
+    /// Light samples, with those that cast no ray.
+    pub samples: u64,
+    /// Rays near the edges of cones.
+    pub tests: u64,
+    /// Values that were not finite and count as no light.
+    pub non_finite: u64,
+}
+
+impl Tally {
+    fn add(&mut self, other: &Self) {
+        self.texels += other.texels;
+        self.calm += other.calm;
+        self.cones += other.cones;
+        self.samples += other.samples;
+        self.tests += other.tests;
+        self.non_finite += other.non_finite;
+    }
+}
+
+/// Keys the random numbers of updates.
+const STREAM: u64 = 0x636f_6e65_7570;
+/// Part of a cone's mean radiance that the environment must have where the cone is tested.
+const BRIGHT_SKY: f32 = 0.01;
+
+impl Gathering<'_> {
+    /// Updates every texel that this frame asks for.
+    pub fn update(&self, blocks: &mut Blocks, counter: &RayCounter) -> Tally {
+        let tallies = blocks.work(
+            || self.shot.tracer.caster(counter),
+            |caster, block| self.update_block(caster, block),
+        );
+        let mut all = Tally::default();
+        tallies.iter().for_each(|tally| all.add(tally));
+        all
+    }
+
+    fn update_block(&self, caster: &Caster, block: Block) -> Tally {
+        let mut tally = Tally::default();
+        let back = block.key.surface().back;
+        let size = self.storage.words();
+        for index in (0..BLOCK_TEXELS).filter(|index| block.asked >> index & 1 == 1) {
+            let point = block.points[index];
+            if !point.is_somewhere() {
+                continue;
+            }
+            let words = &mut block.words[index * size..][..size];
+            let number = u64::from(self.shot.frame) << 6 | index as u64;
+            let mut rng = Rng::new(self.seed, STREAM, block.key.bits(), number);
+            let hit = hit_of(point);
+            let texel = Receiver {
+                at: self.shot.paths.surfaces().interact(&hit, Vec3::NEG_Z),
+                normal: normal_of(self.shot.scene, point.triangle, back),
+                frame: frame_of(
+                    self.shot.scene,
+                    (point.triangle, back),
+                    self.parameters.orientation,
+                ),
+            };
+            let entry = self.storage.read(words);
+            let entry = self.updated(caster, &texel, (entry, &mut rng), &mut tally);
+            self.storage.write(&entry, words);
+        }
+        tally
+    }
+
+    /// Whether the light of an entry is at rest.
+    fn is_calm(&self, entry: &Entry) -> bool {
+        let rules = &self.parameters.rules;
+        let first = self.parameters.first_updates;
+        let enough = match rules.weighting {
+            Weighting::Samples => first * self.samples,
+            Weighting::Updates => first,
+        };
+        !self.restless && entry.count >= (enough as f32).min(rules.most_count)
+    }
+
+    /// An entry after an update.
+    fn updated(
+        &self,
+        caster: &Caster,
+        texel: &Receiver,
+        (entry, rng): (Entry, &mut Rng),
+        tally: &mut Tally,
+    ) -> Entry {
+        let calm = self.is_calm(&entry);
+        let samples = match calm {
+            true => self.parameters.calm_samples.min(self.samples),
+            false => self.samples,
+        };
+        let mut update = Update::of(entry, &self.parameters.rules);
+        for _ in 0..samples {
+            if let Some((direction, light)) = self.sampled(caster, texel, rng, tally) {
+                update.add(texel.frame.to_local(direction), light / samples as f32);
+            }
+        }
+        update.average(samples);
+        self.test(caster, texel, (&mut update, rng), calm, tally);
+        let entry = update.finish();
+        tally.texels += 1;
+        tally.calm += u64::from(calm);
+        tally.cones += entry.cones().len() as u64;
+        tally.samples += u64::from(samples);
+        entry
+    }
+
+    /// One light that reaches a texel: the direction towards it, and its light over the density of the sample.
+    fn sampled(
+        &self,
+        caster: &Caster,
+        texel: &Receiver,
+        rng: &mut Rng,
+        tally: &mut Tally,
+    ) -> Option<(Vec3, Vec3)> {
+        let light = self.shot.paths.lights().sample(&texel.at, rng)?;
+        if light.direction.dot(texel.normal) <= 0.0 || light.radiance == Vec3::ZERO {
+            return None;
+        }
+        let arriving = light.radiance / light.pdf_sr;
+        if !arriving.is_finite() {
+            tally.non_finite += 1;
+            return None;
+        }
+        let reaches = !caster.occluded(&light.shadow_ray);
+        reaches.then_some((light.direction, arriving))
+    }
+
+    /// Tests the edges of cones and shrinks those without light.
+    fn test(
+        &self,
+        caster: &Caster,
+        texel: &Receiver,
+        (update, rng): (&mut Update, &mut Rng),
+        calm: bool,
+        tally: &mut Tally,
+    ) {
+        let mut dark = [EdgeTest::default(); MOST_CONES];
+        let mut found = 0;
+        let count = update.cones().len();
+        let only = match (calm, self.parameters.calm_tests) {
+            (false, _) | (true, CalmTests::Each) => None,
+            (true, CalmTests::One) => Some(rng.below(count)),
+            (true, CalmTests::Off) => return,
+        };
+        for cone in 0..count {
+            let test = update.edge_of(cone, rng.next_f32());
+            if only.is_some_and(|only| only != cone) {
+                continue;
+            }
+            let direction = texel.frame.to_world(test.direction);
+            let is_lit = direction.dot(texel.normal) > 0.0 && {
+                tally.tests += 1;
+                self.is_lit(caster, &texel.at, direction, &update.cones()[cone])
+            };
+            if !is_lit {
+                dark[found] = test;
+                found += 1;
+            }
+        }
+        if self.restless {
+            update.doubt(&dark[..found]);
+        }
+        update.shrink(&dark[..found]);
+    }
+
+    /// Whether a light is seen in a direction.
+    fn is_lit(&self, caster: &Caster, at: &Interaction, direction: Vec3, cone: &Cone) -> bool {
+        let lights = self.shot.paths.lights();
+        let Some(hit) = caster.closest(&lights.spawn(at, direction)) else {
+            let mean = luminance(cone.light.into()) / cone.solid_angle();
+            let sky = luminance(lights.environment(direction).into());
+            return sky > 0.0 && sky >= BRIGHT_SKY * mean;
+        };
+        self.shines(&hit)
+            && lights.emitted(&self.shot.paths.surfaces().interact(&hit, direction)) != Vec3::ZERO
+    }
+
+    /// Whether the shape of a hit emits.
+    fn shines(&self, hit: &Hit) -> bool {
+        let scene = self.shot.scene;
+        let shape = scene.triangle_shape[hit.triangle as usize];
+        scene.shapes[shape as usize].emission.is_some()
+    }
+}
+
+/// A texel that receives light.
+struct Receiver<'a> {
+    at: Interaction<'a>,
+    /// On the texel's side.
+    normal: Vec3,
+    /// What directions of cones are told in.
+    frame: Frame,
+}

@@ -1,0 +1,274 @@
+//! The contender `light-cones`: the direct light on surface points as a few cones in the texels of a cache on surfaces, which
+//! all viewers share (Stadlbauer et al. 2024, "Surface Light Cones").
+//!
+//! Of each frame, the camera samples of all viewers ask for texels (`sight`). Every texel that is asked for is then updated
+//! once (`gather`): `samples` lights are sampled from its surface point, or one where its light has been at rest, and the
+//! cones that hold their light are widened, merged and, where a ray near their edge meets no light,
+//! narrowed. Texels that begin take over the cones of the next coarser or finer texel there (`reuse`). Images are made
+//! without shadow rays (`shade`): directions of each cone are put into the material at the camera sample. What a
+//! pixel sees without scattering (lamps, mirrors, glass, the sky) is traced.
+//!
+//! *Differs:* light is integrated over solid angle (the paper's sum says nothing of it); small cones without light are
+//! not removed but fade, and each cone is told apart from others by the gaps between their edges (`rules`); an entry counts
+//! its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which lowers the
+//! count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones turn with it (`orientation`).
+
+mod gather;
+mod memory;
+mod options;
+mod reuse;
+mod shade;
+mod sight;
+mod stillness;
+mod texels;
+
+use self::gather::{Gathering, Tally};
+use self::memory::Memory;
+use self::options::{Motion, Parameters};
+use self::shade::{Shading, Shown};
+use self::sight::Sight;
+use self::stillness::Stillness;
+use self::texels::Surfaces;
+use crate::cache::cones::Storage;
+use crate::cache::surface::{Asked, Blocks, Charts, Grid, Limits, Requests};
+use crate::entry::{About, Bias};
+use crate::technique::truth::Truth;
+use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
+use crate::trace::RayCounter;
+
+/// Entry in the technique's list.
+pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
+    about: About {
+        id: "light-cones",
+        module: include_str!("mod.rs"),
+        aliases: &["surface-light-cones", "slc"],
+        summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
+        source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
+        bias: Bias::Biased,
+        version: 1,
+        failures: &[
+            "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
+            "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
+            "a smooth sky has no few directions: its cones cover the hemisphere",
+            "light that moves or goes out trails behind by some frames",
+            "a texel on the edge of a surface may lie within another one, and is then dark",
+        ],
+        parameters: Parameters::PARAMETERS,
+    },
+    start: |_, table, terms| {
+        Ok(Box::new(LightCones {
+            parameters: Parameters::read(table)?,
+            terms,
+            surfaces: None,
+            remembered: None,
+        }))
+    },
+};
+
+struct LightCones {
+    parameters: Parameters,
+    terms: Terms,
+    /// Made when the scene is first seen.
+    surfaces: Option<Surfaces>,
+    /// What an interrupted sequence had, until the scene is seen.
+    remembered: Option<Vec<u8>>,
+}
+
+impl Contender for LightCones {
+    fn remembers(&self) -> bool {
+        true
+    }
+
+    fn memory(&self) -> Result<Vec<u8>, String> {
+        match &self.surfaces {
+            Some(surfaces) => Memory::of(surfaces).bytes(),
+            None => Ok(self.remembered.clone().unwrap_or_default()),
+        }
+    }
+
+    fn recall(&mut self, memory: &[u8]) -> Result<(), String> {
+        self.remembered = (!memory.is_empty()).then(|| memory.to_vec());
+        self.surfaces = None;
+        Ok(())
+    }
+
+    fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        let mut images: Vec<Rendered> = shots.iter().map(|_| Rendered::default()).collect();
+        let (Some(first), Some(rendered)) = (shots.first(), images.first_mut()) else {
+            return Ok(images);
+        };
+        let mut surfaces = match self.surfaces.take() {
+            Some(surfaces) => surfaces,
+            None => self.started(first, rendered)?,
+        };
+        rendered
+            .stages
+            .time("blocks", || surfaces.stillness.next(first.scene));
+        let sights: Vec<Sight> = shots
+            .iter()
+            .zip(&mut images)
+            .map(|(shot, rendered)| self.look(&surfaces, shot, rendered))
+            .collect();
+        let requests = Requests::merged(sights.iter().map(|s| s.requests.clone()).collect());
+        let updated = self.update((&mut surfaces, &requests), first, &mut images[0]);
+        for ((shot, sight), rendered) in shots.iter().zip(&sights).zip(&mut images) {
+            self.show(&surfaces, (shot, sight), rendered);
+            updated.report(&surfaces, rendered);
+        }
+        // What viewers share is held once.
+        images[0].bytes_cache = surfaces.blocks.allocated_bytes() + surfaces.charts.bytes();
+        self.surfaces = Some(surfaces);
+        Ok(images)
+    }
+}
+
+impl LightCones {
+    fn storage(&self) -> Storage {
+        let cones = self.parameters.rules.cones;
+        match self.parameters.compressed {
+            true => Storage::Compressed { cones },
+            false => Storage::Full { cones },
+        }
+    }
+
+    /// The charts of a scene with no texel yet, or with those of earlier frames.
+    fn started(&mut self, shot: &Shot, rendered: &mut Rendered) -> Result<Surfaces, String> {
+        let limits = Limits {
+            blocks: self.parameters.most_blocks,
+            frames: self.parameters.keep_frames,
+        };
+        let blocks = Blocks::new(limits, self.storage().words());
+        let scene = shot.scene;
+        let memory = self.remembered.take();
+        rendered.stages.time("charts", || {
+            if let Some(memory) = memory {
+                return Memory::read(&memory)?.restored(blocks, scene);
+            }
+            let meshes: Vec<_> = scene.shapes.iter().map(|shape| shape.triangles()).collect();
+            Ok(Surfaces {
+                charts: Charts::new(&scene.positions, &scene.triangles, &meshes),
+                grid: Grid {
+                    finest: scene.diagonal / self.parameters.finest,
+                },
+                blocks,
+                stillness: Stillness::default(),
+            })
+        })
+    }
+
+    /// What a viewer sees, and the texels that it asks for.
+    fn look(&self, surfaces: &Surfaces, shot: &Shot, rendered: &mut Rendered) -> Sight {
+        let counter = RayCounter::default();
+        let sight = rendered.stages.time("visibility", || {
+            Sight::new(shot, surfaces, &self.parameters, &counter)
+        });
+        rendered.rays += counter.read();
+        sight
+    }
+
+    /// Maps and updates every texel that is asked for.
+    fn update(
+        &self,
+        (surfaces, requests): (&mut Surfaces, &Requests),
+        shot: &Shot,
+        rendered: &mut Rendered,
+    ) -> Updated {
+        let gathering = Gathering {
+            shot,
+            parameters: &self.parameters,
+            storage: self.storage(),
+            samples: self.terms.budget as u32,
+            seed: self.terms.seed,
+            restless: self.parameters.motion == Motion::Scene
+                && surfaces.stillness.frames < self.parameters.first_updates,
+        };
+        let asked = rendered.stages.time("blocks", || {
+            let charts = (&surfaces.charts, &surfaces.grid);
+            surfaces.blocks.begin(requests, charts)
+        });
+        let reused = match self.parameters.reuse {
+            true => rendered.stages.time("reuse", || gathering.reuse(surfaces)),
+            false => 0,
+        };
+        let counter = RayCounter::default();
+        let tally = rendered.stages.time("update", || {
+            gathering.update(&mut surfaces.blocks, &counter)
+        });
+        rendered.rays += counter.read();
+        rendered.non_finite += tally.non_finite;
+        Updated {
+            texels: requests.texels(),
+            blocks: requests.blocks().len() as u64,
+            asked,
+            reused,
+            tally,
+        }
+    }
+
+    /// Makes an image of the texels.
+    fn show(&self, surfaces: &Surfaces, (shot, sight): (&Shot, &Sight), rendered: &mut Rendered) {
+        let counter = RayCounter::default();
+        let shading = Shading {
+            shot,
+            surfaces,
+            parameters: &self.parameters,
+            storage: self.storage(),
+            samples: self.terms.budget as u32,
+            seed: self.terms.seed,
+        };
+        let Shown { image, tally } = rendered
+            .stages
+            .time("shading", || shading.image(sight, &counter));
+        rendered.rays += counter.read();
+        rendered.image = image;
+        rendered.lookups += tally.lookups;
+        rendered.non_finite += tally.non_finite;
+        let samples = (shot.pixels() as u64 * u64::from(shot.spp)).max(1) as f64;
+        rendered.found.extend([
+            ("uncached", tally.uncached as f64 / samples),
+            ("other_texel_sizes", sight.other_sizes as f64 / samples),
+        ]);
+    }
+}
+
+/// What became of the texels of a frame, of all viewers together.
+struct Updated {
+    /// Texels that were asked for, and their blocks.
+    texels: u64,
+    blocks: u64,
+    asked: Asked,
+    /// Texels that began with the cones of another level.
+    reused: u64,
+    tally: Tally,
+}
+
+impl Updated {
+    fn report(&self, surfaces: &Surfaces, rendered: &mut Rendered) {
+        let share = |part: u64, whole: u64| part as f64 / whole.max(1) as f64;
+        let blocks = &surfaces.blocks;
+        let tally = &self.tally;
+        rendered.found.extend([
+            ("islands", surfaces.charts.len() as f64),
+            ("blocks", blocks.len() as f64),
+            ("new_blocks", self.asked.new as f64),
+            ("evicted", self.asked.evicted as f64),
+            ("refused_blocks", self.asked.refused as f64),
+            ("texels", self.texels as f64),
+            ("block_fill", share(self.texels, 64 * self.blocks)),
+            ("reused_texels", self.reused as f64),
+            ("calm_texels", share(tally.calm, tally.texels)),
+            ("cones", share(tally.cones, tally.texels)),
+            ("light_samples", tally.samples as f64),
+            ("edge_tests", tally.tests as f64),
+            ("active_bytes", blocks.active_bytes() as f64),
+            ("allocated_bytes", blocks.allocated_bytes() as f64),
+        ]);
+        if self.asked.refused > 0 {
+            rendered.notes.push(
+                "blocks of texels found no room: most_blocks is too small, and what they should show is lit by light \
+                 samples of its own"
+                    .into(),
+            );
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The visibility pass: what the camera samples of a viewer see, and which texels they ask for.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::options::{Filter, Parameters};
+use super::texels::{Surfaces, normal_of};
+use crate::cache::surface::{Grid, Requests, Surface, Texel};
+use crate::sample::Rng;
+use crate::scene::{Bsdf, Scene};
+use crate::technique::Shot;
+use crate::trace::{Caster, Hit, Ray, RayCounter};
+
+/// What a viewer sees.
+pub(super) struct Sight {
+    /// Pixel by pixel, and sample by sample in each.
+    pub hits: Vec<Option<Hit>>,
+    /// Texels that it asks for.
+    pub requests: Requests,
+    /// Camera samples for which there are no texels of the size that suits them.
+    pub other_sizes: u64,
+}
+
+/// Where a camera sample lies among texels.
+pub(super) struct Address {
+    surface: Surface,
+    place: glam::Vec2,
+    level: u32,
+    /// Whether another size of texels would have suited it.
+    other_size: bool,
+}
+
+/// Finds the addresses of a viewer's camera samples.
+pub(super) struct Addresses<'a> {
+    shot: &'a Shot<'a>,
+    surfaces: &'a Surfaces,
+    parameters: &'a Parameters,
+    /// Side of a pixel at distance 1.
+    pixel_angle: f32,
+}
+
+/// Pixels along a side of the tiles whose camera rays are cast together.
+const TILE: usize = 8;
+
+impl Sight {
+    /// Casts the camera samples of a shot.
+    pub fn new(
+        shot: &Shot,
+        surfaces: &Surfaces,
+        parameters: &Parameters,
+        counter: &RayCounter,
+    ) -> Self {
+        let samples = shot.spp as usize;
+        let addresses = Addresses::new(shot, surfaces, parameters);
+        let mut hits = vec![None; shot.pixels() * samples];
+        let band = (shot.width * TILE * samples).max(1);
+        let bands: Vec<(Requests, u64)> = hits
+            .par_chunks_mut(band)
+            .enumerate()
+            .map_init(
+                || shot.tracer.caster(counter),
+                |caster, (band, hits)| {
+                    look(shot, caster, (band * TILE, &mut *hits));
+                    addresses.requests((band * TILE * shot.width, hits))
+                },
+            )
+            .collect();
+        let other_sizes = bands.iter().map(|(_, others)| others).sum();
+        let requests = bands.into_iter().map(|(requests, _)| requests).collect();
+        Self {
+            hits,
+            requests: Requests::merged(requests),
+            other_sizes,
+        }
+    }
+}
+
+/// Keys the places of camera samples in pixels.
+const STREAM: u64 = 0x636f_6e65_6361;
+
+/// The camera ray through sample `sample` of a pixel: evenly spread ones, moved together to another place of the pixel in
+/// each frame, so that a mean over frames has smooth edges. Viewers who see the same cast the same.
+pub(super) fn camera_ray(shot: &Shot, pixel: u32, sample: u32) -> Ray {
+    let mut rng = Rng::new(0, STREAM, u64::from(pixel), u64::from(shot.frame));
+    let [dx, dy] = Shot::sub_pixel(sample).map(|part| (part + rng.next_f64()).fract());
+    let x = (pixel as usize % shot.width) as f64 + dx;
+    let y = (pixel as usize / shot.width) as f64 + dy;
+    let direction = shot.view.direction(x, y, [shot.width, shot.height]);
+    Ray::new(shot.view.origin.as_vec3(), direction)
+}
+
+/// Casts the camera samples of a band of pixels from row `top` on.
+fn look(shot: &Shot, caster: &Caster, (top, hits): (usize, &mut [Option<Hit>])) {
+    let samples = shot.spp as usize;
+    let rows = hits.len() / (shot.width * samples).max(1);
+    let origin = shot.view.origin.as_vec3();
+    let mut directions = Vec::with_capacity(TILE * TILE);
+    let mut found = vec![None; TILE * TILE];
+    for left in (0..shot.width).step_by(TILE) {
+        let columns = left..(left + TILE).min(shot.width);
+        let pixels = || (0..rows).flat_map(|y| columns.clone().map(move |x| y * shot.width + x));
+        for sample in 0..samples {
+            directions.clear();
+            directions.extend(pixels().map(|pixel| {
+                let pixel = (top * shot.width + pixel) as u32;
+                camera_ray(shot, pixel, sample as u32).direction
+            }));
+            let found = &mut found[..directions.len()];
+            caster.closest_bundle(origin, &directions, f32::INFINITY, found);
+            for (pixel, hit) in pixels().zip(found) {
+                hits[pixel * samples + sample] = *hit;
+            }
+        }
+    }
+}
+
+impl<'a> Addresses<'a> {
+    pub fn new(shot: &'a Shot, surfaces: &'a Surfaces, parameters: &'a Parameters) -> Self {
+        let [_, half] = shot.view.half_tangents(shot.width, shot.height);
+        Self {
+            shot,
+            surfaces,
+            parameters,
+            pixel_angle: (2.0 * half / shot.height as f64) as f32,
+        }
+    }
+
+    /// Where a hit lies among texels; `None` on surfaces that no light shines on: mirrors and glass.
+    pub fn of(&self, hit: &Hit, direction: Vec3) -> Option<Address> {
+        let scene = self.shot.scene;
+        if is_delta(scene, hit.triangle) {
+            return None;
+        }
+        let front = normal_of(scene, hit.triangle, false);
+        let found = self.surfaces.charts.place(hit.triangle, [hit.u, hit.v]);
+        let size = hit.t * self.pixel_angle;
+        let extent = self.surfaces.charts.size(found.island);
+        let (level, other_size) = self.surfaces.grid.level(size, self.parameters.bias, extent);
+        Some(Address {
+            surface: Surface {
+                island: found.island,
+                back: direction.dot(front) > 0.0,
+            },
+            place: found.place,
+            level,
+            other_size,
+        })
+    }
+
+    /// What the camera samples of pixels from `first_pixel` on ask for, and for how many another size of texels would
+    /// have been better.
+    fn requests(&self, (first_pixel, hits): (usize, &[Option<Hit>])) -> (Requests, u64) {
+        let samples = self.shot.spp as usize;
+        let mut requests = Requests::default();
+        let mut other_sizes = 0;
+        for (index, hit) in hits.iter().enumerate() {
+            let Some(hit) = hit else { continue };
+            let (pixel, sample) = (first_pixel + index / samples, index % samples);
+            let ray = camera_ray(self.shot, pixel as u32, sample as u32);
+            if let Some(address) = self.of(hit, ray.direction) {
+                let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
+                texels.for_each(|(texel, _)| requests.ask(texel));
+                other_sizes += u64::from(address.other_size);
+            }
+        }
+        requests.merge();
+        (requests, other_sizes)
+    }
+}
+
+impl Address {
+    /// The texels that are read there, with their weights.
+    pub fn texels(&self, grid: &Grid, filter: Filter) -> impl Iterator<Item = (Texel, f32)> {
+        let texels = match filter {
+            Filter::Nearest => {
+                let texel = grid.nearest(self.surface, self.place, self.level);
+                [1.0, 0.0, 0.0, 0.0].map(|weight| (texel, weight))
+            }
+            Filter::Bilinear => grid.around(self.surface, self.place, self.level),
+        };
+        texels.into_iter().filter(|(_, weight)| *weight > 0.0)
+    }
+}
+
+/// Whether light reaches the viewer from single directions only.
+fn is_delta(scene: &Scene, triangle: u32) -> bool {
+    let shape = scene.triangle_shape.get(triangle as usize);
+    let shape = shape.and_then(|&shape| scene.shapes.get(shape as usize));
+    let material = shape.and_then(|shape| scene.materials.get(shape.material as usize));
+    material.is_some_and(|material| match material.bsdf {
+        Bsdf::Dielectric { .. } => true,
+        Bsdf::Conductor { alpha, .. } => alpha <= 0.0,
+        Bsdf::Diffuse { .. } | Bsdf::Plastic { .. } => false,
+    })
+}

@@ -1,0 +1,68 @@
+//! Whether anything of a scene changes from frame to frame.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::sample::hash;
+use crate::scene::Scene;
+
+/// What the last frame was like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Stillness {
+    /// Of lights and shapes; `None` before the first frame.
+    fingerprint: Option<u64>,
+    /// Frames since something changed.
+    pub frames: u32,
+}
+
+/// Numbers that are hashed one after another.
+const RUN: usize = 4096;
+
+impl Stillness {
+    /// Takes in the scene of the next frame; before the first one nothing has changed.
+    pub fn next(&mut self, scene: &Scene) {
+        let now = fingerprint(scene);
+        self.frames = match self.fingerprint.replace(now) {
+            None => u32::MAX,
+            Some(before) if before == now => self.frames.saturating_add(1),
+            Some(_) => 0,
+        };
+    }
+}
+
+/// A number that changes with where shapes and lights are and what they send.
+fn fingerprint(scene: &Scene) -> u64 {
+    let runs: Vec<u64> = scene
+        .positions
+        .par_chunks(RUN)
+        .map(|run| hashed(run.iter().flat_map(|p| p.to_array())))
+        .collect();
+    let emission = scene
+        .shapes
+        .iter()
+        .flat_map(|shape| shape.emission.unwrap_or_default());
+    let points = scene.point_lights.iter().flat_map(|light| {
+        // Where a spot light turns, what it sends to the axes changes.
+        let axes = [glam::Vec3::X, glam::Vec3::Y, glam::Vec3::Z];
+        let sent = axes.map(|axis| light.cone.map_or(0.0, |cone| cone.angle(axis)));
+        let numbers = light.position.to_array().into_iter().chain(light.intensity);
+        numbers.chain(sent)
+    });
+    let parallel = scene
+        .directional_lights
+        .iter()
+        .flat_map(|(direction, irradiance)| direction.to_array().into_iter().chain(*irradiance));
+    // Maps turn, and nothing else of them changes.
+    let sky = scene.environment.iter().flat_map(|map| {
+        let texels = [[0, 0], [map.width() / 4, map.height() / 2]];
+        texels
+            .map(|[x, y]| map.texel_direction(x, y).to_array())
+            .concat()
+    });
+    let rest = hashed(emission.chain(points).chain(parallel).chain(sky));
+    runs.into_iter().fold(rest, |all, run| hash(all ^ run))
+}
+
+fn hashed(numbers: impl Iterator<Item = f32>) -> u64 {
+    numbers.fold(0, |all, number| hash(all ^ u64::from(number.to_bits())))
+}

@@ -1,0 +1,69 @@
+//! The texels of a scene, and what directions of their cones mean.
+
+use glam::Vec3;
+
+use super::options::Orientation;
+use super::stillness::Stillness;
+use crate::cache::surface::{Blocks, Charts, Grid, SurfacePoint};
+use crate::sample::Frame;
+use crate::scene::Scene;
+use crate::trace::Hit;
+
+/// The charts of a scene and the texels that somebody asked for.
+pub(super) struct Surfaces {
+    pub charts: Charts,
+    pub grid: Grid,
+    pub blocks: Blocks,
+    pub stillness: Stillness,
+}
+
+/// A texel's point as a hit.
+pub(super) fn hit_of(point: SurfacePoint) -> Hit {
+    Hit {
+        t: 0.0,
+        u: point.u,
+        v: point.v,
+        triangle: point.triangle,
+    }
+}
+
+/// Unit normal of a triangle on one of its sides.
+pub(super) fn normal_of(scene: &Scene, triangle: u32, back: bool) -> Vec3 {
+    let [a, b, c] = corners(scene, triangle);
+    let (e1, e2) = (b - a, c - a);
+    let scale = e1.abs().max_element().max(e2.abs().max_element());
+    let normal = (e1 / scale).cross(e2 / scale).normalize_or(Vec3::Z);
+    if back { -normal } else { normal }
+}
+
+/// The frame that the cones of a texel are told in, as its triangle lies now.
+pub(super) fn frame_of(
+    scene: &Scene,
+    (triangle, back): (u32, bool),
+    orientation: Orientation,
+) -> Frame {
+    if orientation == Orientation::World {
+        return Frame {
+            tangent: Vec3::X,
+            bitangent: Vec3::Y,
+            normal: Vec3::Z,
+        };
+    }
+    let normal = normal_of(scene, triangle, back);
+    let [a, b, _] = corners(scene, triangle);
+    let along = b - a;
+    let across = along - normal * along.dot(normal);
+    let tangent = (across / across.abs().max_element()).try_normalize();
+    let Some(tangent) = tangent else {
+        return Frame::from_normal(normal);
+    };
+    Frame {
+        tangent,
+        bitangent: normal.cross(tangent),
+        normal,
+    }
+}
+
+fn corners(scene: &Scene, triangle: u32) -> [Vec3; 3] {
+    scene.triangles[triangle as usize].map(|i| scene.positions[i as usize])
+}
