@@ -14,9 +14,9 @@ const ROUNDING: f32 = 1e-3;
 /// # Errors
 /// A sentence, where the three primaries lie on a line.
 pub(super) fn to_rec709(chromaticities: &[[f32; 2]; 4]) -> Result<Option<DMat3>, String> {
-    let off = |(a, b): (&f32, &f32)| (a - b).abs() > ROUNDING;
+    let near = |(a, b): (&f32, &f32)| (a - b).abs() <= ROUNDING;
     let mut pairs = chromaticities.iter().flatten().zip(REC709.iter().flatten());
-    if !pairs.any(off) {
+    if pairs.all(near) {
         return Ok(None);
     }
     match (to_xyz(chromaticities), to_xyz(&REC709)) {

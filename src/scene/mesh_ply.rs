@@ -139,13 +139,17 @@ fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
 
 /// A message of the parser without its own structures.
 fn plainly(message: &str) -> String {
-    let joined = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let message: Vec<&str> = message.split_whitespace().collect();
+    let message = message.join(" ");
     let Some((what, rest)) = message.split_once(" String: '") else {
-        return joined(message.split(" Error: ").next().unwrap_or(message));
+        return message
+            .split(" Error: ")
+            .next()
+            .unwrap_or_default()
+            .to_owned();
     };
-    let found = joined(rest.split("' Error:").next().unwrap_or(rest));
+    let found = rest.split("' Error:").next().unwrap_or(rest).trim();
     let found: String = found.chars().take(60).collect();
-    let what = joined(what);
     let what = what.trim_end_matches('.');
     match what.contains("element") {
         true => format!("`{found}` is not what the header declares"),

@@ -57,16 +57,21 @@ fn push(plain: &mut String, statement: &str) {
     let mut words = statement.split_whitespace();
     match words.next().unwrap_or("") {
         "l" | "p" => {}
-        // Comments may touch numbers.
-        "v" | "vt" | "vn" | "f" => {
-            let bare = statement.split('#').next().unwrap_or("");
-            plain.push_str(without_colour(bare));
-        }
+        "v" | "vt" | "vn" | "f" => plain.push_str(without_colour(bare(statement))),
         "usemtl" if words.next().is_none() => {
             plain.push_str("usemtl ");
             plain.push_str(NAMELESS);
         }
         _ => plain.push_str(statement),
+    }
+}
+
+/// Numbers without a comment that touches the last of them. (Some programs write `-1.#IND` for what is none.)
+fn bare(statement: &str) -> &str {
+    let touches = |&(i, _): &(usize, &str)| statement[..i].ends_with(|c: char| c.is_ascii_digit());
+    match statement.match_indices('#').find(touches) {
+        Some((i, _)) => &statement[..i],
+        None => statement,
     }
 }
 

@@ -10,7 +10,7 @@ pub mod layers;
 mod reconstruct;
 mod sharc;
 
-pub(super) use fill::viewer_key;
+pub(super) use camera::viewer_key;
 
 use super::truth::{Parameters, Truth};
 use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
