@@ -11,6 +11,7 @@ mod product;
 mod reduced;
 mod rendering;
 mod replay;
+mod reservoirs;
 mod upsampling;
 
 use toml::Table;
@@ -54,7 +55,12 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
             id: entry.about.id.to_owned(),
             parts: vec![&entry.about],
         };
-        ENVIRONMENT_SAMPLERS.iter().map(listed).collect()
+        let reservoirs = reservoirs::VARIANTS.iter().map(|variant| Listed {
+            id: variant.about.id.to_owned(),
+            parts: vec![variant.about],
+        });
+        let samplers = ENVIRONMENT_SAMPLERS.iter().map(listed);
+        samplers.chain(reservoirs).collect()
     },
     units: &[&LIGHTS, &SECONDS],
     default_method: "decomposition",
@@ -210,8 +216,19 @@ impl Technique for EnvironmentLighting {
         parameters: &Table,
         terms: Terms,
     ) -> Result<Started<'a>, ParameterError> {
+        let variants = reservoirs::VARIANTS;
+        if let Some(variant) = variants.iter().find(|v| v.about.answers_to(id)) {
+            return Ok(Started {
+                id: variant.about.id.to_owned(),
+                parts: vec![variant.about],
+                contender: variant.start(parameters, terms)?,
+            });
+        }
         let entry = environment_sampler(id).ok_or_else(|| {
-            let known: Vec<&str> = ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id).collect();
+            let samplers = ENVIRONMENT_SAMPLERS.iter().map(|e| e.about.id);
+            let known: Vec<&str> = samplers
+                .chain(variants.iter().map(|v| v.about.id))
+                .collect();
             let known = known.join(", ");
             ParameterError::new(
                 "id",

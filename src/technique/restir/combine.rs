@@ -49,7 +49,7 @@ impl Combining<'_> {
             let weight = f64::from(target) * f64::from(reservoir.weight) * count;
             selecting.offer(sample, weight, u);
         }
-        let count = reservoirs().map(|reservoir| reservoir.count).sum();
+        let count: u32 = reservoirs().map(|reservoir| reservoir.count).sum();
         let share = match (selecting.selected, self.settings.weights) {
             (None, _) => 0.0,
             (_, Weights::Count) => 1.0 / f64::from(count),

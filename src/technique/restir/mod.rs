@@ -112,6 +112,11 @@ impl Restir {
         })
     }
 
+    /// Reservoirs of a pixel.
+    pub fn reservoirs(&self) -> usize {
+        self.settings.reservoirs
+    }
+
     /// What it remembers, so that a sequence can go on from there.
     ///
     /// # Errors

@@ -82,15 +82,15 @@ impl<'a> Pass<'a> {
         let counter = RayCounter::default();
         let stages = &mut rendered.stages;
         let mut all = stages.time("candidates", || {
-            self.each(&counter, (CANDIDATES, tally), &|pixel, layer, tools| {
+            self.each(&counter, (CANDIDATES, &mut *tally), &|pixel, layer, tools| {
                 self.candidates(pixel, layer, tools)
             })
         });
         let mut is_found = Vec::new();
         if let Some(before) = self.before.filter(|_| self.settings.history > 0) {
-            let found = stages.time("reprojection", || self.found(before, tally));
+            let found = stages.time("reprojection", || self.found(before, &mut *tally));
             all = stages.time("temporal_reuse", || {
-                self.each(&counter, (HISTORY, tally), &|pixel, layer, tools| {
+                self.each(&counter, (HISTORY, &mut *tally), &|pixel, layer, tools| {
                     let then = (before, found[pixel.number]);
                     self.with_history(pixel, (&all, layer), then, tools)
                 })
@@ -100,7 +100,7 @@ impl<'a> Pass<'a> {
         for round in 0..u64::from(self.settings.rounds) {
             all = stages.time("spatial_reuse", || {
                 let stream = NEIGHBOURS + round;
-                self.each(&counter, (stream, tally), &|pixel, layer, tools| {
+                self.each(&counter, (stream, &mut *tally), &|pixel, layer, tools| {
                     let is_found = is_found.get(pixel.number).copied().unwrap_or(false);
                     self.with_neighbours(pixel, (&all, layer), is_found, tools)
                 })

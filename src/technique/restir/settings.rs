@@ -62,6 +62,13 @@ pub struct Preset {
     bias: Bias,
 }
 
+impl Preset {
+    /// With another number of reservoirs.
+    pub fn with_reservoirs(self, reservoirs: u32) -> Self {
+        Self { reservoirs, ..self }
+    }
+}
+
 /// Bitterli et al. 2020, section 6, biased.
 pub const BIASED: Preset = Preset {
     candidates: 32,
