@@ -47,12 +47,12 @@ fn ball() -> (Vec<Vec3>, Vec<[u32; 3]>) {
 
 fn charts(c: &mut Criterion) {
     let (positions, triangles) = ball();
-    let meshes = [0..triangles.len()];
+    let mesh = 0..triangles.len();
     let mut group = c.benchmark_group("charts");
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group.throughput(Throughput::Elements(TRIANGLES));
     group.bench_function("a ball of a million triangles", |b| {
-        b.iter(|| Charts::new(&positions, &triangles, &meshes));
+        b.iter(|| Charts::new(&positions, &triangles, std::slice::from_ref(&mesh)));
     });
     group.finish();
 }
@@ -77,7 +77,11 @@ fn requests(charts: &Charts, grid: &Grid) -> Requests {
 
 fn blocks(c: &mut Criterion) {
     let (positions, triangles) = ball();
-    let charts = Charts::new(&positions, &triangles, &[0..triangles.len()]);
+    let charts = Charts::new(
+        &positions,
+        &triangles,
+        std::slice::from_ref(&(0..triangles.len())),
+    );
     let grid = Grid { finest: 2e-3 };
     let requests = requests(&charts, &grid);
     let keys = requests.blocks();

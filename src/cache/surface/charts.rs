@@ -121,7 +121,7 @@ mod tests {
     fn meshes_that_touch_have_islands_of_their_own() {
         let positions = [Vec3::ZERO, Vec3::X * 2.0, Vec3::new(2.0, 1.0, 0.0), Vec3::Y];
         let triangles = [[0, 1, 2], [0, 2, 3]];
-        let one = Charts::new(&positions, &triangles, &[0..2]);
+        let one = Charts::new(&positions, &triangles, std::slice::from_ref(&(0..2)));
         let two = Charts::new(&positions, &triangles, &[0..1, 1..1, 1..2]);
         assert_eq!([one.len(), two.len()], [1, 2]);
         assert_eq!(one.size(0), Vec2::new(2.0, 1.0));

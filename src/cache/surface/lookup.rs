@@ -121,7 +121,11 @@ mod tests {
             Vec3::new(4.0, 4.0, 0.0),
             Vec3::Y * 4.0,
         ];
-        Charts::new(&positions, &[[0, 1, 2], [0, 2, 3]], &[0..2])
+        Charts::new(
+            &positions,
+            &[[0, 1, 2], [0, 2, 3]],
+            std::slice::from_ref(&(0..2)),
+        )
     }
 
     #[test]

@@ -66,3 +66,52 @@ fn fingerprint(scene: &Scene) -> u64 {
 fn hashed(numbers: impl Iterator<Item = f32>) -> u64 {
     numbers.fold(0, |all, number| hash(all ^ u64::from(number.to_bits())))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::scene::{PointLight, Shape};
+
+    fn scene() -> Scene {
+        let light = PointLight {
+            position: Vec3::Y,
+            intensity: [1.0; 3],
+            cone: None,
+        };
+        let lamp = Shape {
+            emission: Some([1.0, 2.0, 3.0]),
+            ..Shape::default()
+        };
+        let mut scene = Scene::default();
+        scene.positions = vec![Vec3::X; 10_000];
+        scene.shapes = vec![Shape::default(), lamp];
+        scene.point_lights = vec![light];
+        scene.directional_lights = vec![(Vec3::NEG_Y, [1.0; 3])];
+        scene
+    }
+
+    #[test]
+    fn frames_are_counted_since_anything_changed() {
+        let changes: [fn(&mut Scene); 5] = [
+            |scene| scene.positions[9_999].z = 1e-6,
+            |scene| scene.shapes[1].emission = Some([1.0, 2.0, 3.5]),
+            |scene| scene.point_lights[0].position.x = 0.1,
+            |scene| scene.point_lights.clear(),
+            |scene| scene.directional_lights[0].0 = Vec3::NEG_X,
+        ];
+        for change in changes {
+            let mut stillness = Stillness::default();
+            stillness.next(&scene());
+            assert_eq!(stillness.frames, u32::MAX, "nothing was before");
+            let mut other = scene();
+            change(&mut other);
+            let frames = [&other, &other, &other, &scene()].map(|scene| {
+                stillness.next(scene);
+                stillness.frames
+            });
+            assert_eq!(frames, [0, 1, 2, 0]);
+        }
+    }
+}

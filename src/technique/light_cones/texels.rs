@@ -67,3 +67,40 @@ pub(super) fn frame_of(
 fn corners(scene: &Scene, triangle: u32) -> [Vec3; 3] {
     scene.triangles[triangle as usize].map(|i| scene.positions[i as usize])
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+
+    use super::*;
+
+    fn triangle(turn: Quat, size: f32) -> Scene {
+        let corners = [
+            Vec3::ZERO,
+            Vec3::new(2.0, 0.5, 0.0),
+            Vec3::new(0.3, 1.0, 0.1),
+        ];
+        let mut scene = Scene::default();
+        scene.positions = corners.map(|p| turn * p * size).to_vec();
+        scene.triangles = vec![[0, 1, 2]];
+        scene
+    }
+
+    #[test]
+    fn frames_turn_with_their_triangle_and_have_its_normal_on_either_side() {
+        let turn = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 2.0);
+        for (back, scale) in [(false, 1.0), (true, 1e-4), (true, 1e5)] {
+            let still = triangle(Quat::IDENTITY, scale);
+            let of = |scene: &Scene| frame_of(scene, (0, back), Orientation::Surface);
+            let (before, after) = (of(&still), of(&triangle(turn, scale)));
+            let direction = Vec3::new(0.1, 0.7, -0.4);
+            let carried = turn * before.to_world(direction);
+            assert!((after.to_world(direction) - carried).length() < 1e-5);
+            assert!((before.to_local(before.to_world(direction)) - direction).length() < 1e-5);
+            assert_eq!(before.normal, normal_of(&still, 0, back));
+            assert_eq!(before.normal.z < 0.0, back);
+            let world = frame_of(&still, (0, back), Orientation::World);
+            assert_eq!(world.to_world(direction), direction);
+        }
+    }
+}

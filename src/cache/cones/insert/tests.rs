@@ -107,7 +107,7 @@ fn light_is_the_mean_of_all_samples_however_cones_merge() {
             update.average(8);
             entry = update.finish();
             assert!(entry.cones().len() <= cones);
-            let sound = |c: &Cone| c.axis.is_normalized() && c.half_angle <= 1.5708;
+            let sound = |c: &Cone| c.axis.is_normalized() && c.half_angle <= 1.571;
             assert!(entry.cones().iter().all(sound));
         }
         let mean = sum / f64::from(8 * updates);

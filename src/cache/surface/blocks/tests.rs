@@ -11,7 +11,7 @@ const FLOOR: Surface = Surface {
 
 fn charts() -> Charts {
     let positions = [Vec3::ZERO, Vec3::X * 100.0, Vec3::Y * 100.0];
-    Charts::new(&positions, &[[0, 1, 2]], &[0..1])
+    Charts::new(&positions, &[[0, 1, 2]], std::slice::from_ref(&(0..1)))
 }
 
 /// Asks for a texel of each of the blocks `blocks` of a row.
