@@ -308,7 +308,9 @@ fn scale_and_place_change_nothing_but_noise() {
     let (expected, error) =
         Built::new(&area_light_alone).fourth_frame(technique.as_ref(), ("restir-unbiased", ""));
     for (scale, offset) in [(1e-3, 0.0), (1e5, 0.0), (1.0, 1e4)] {
-        let description = area_light_alone.transformed(scale, 0.0, DVec3::splat(offset));
+        let description = area_light_alone
+            .clone()
+            .transformed(scale, 0.0, DVec3::splat(offset));
         let built = Built::new(&description);
         let (mean, other) = built.fourth_frame(technique.as_ref(), ("restir-unbiased", ""));
         let z = (mean - expected) / error.hypot(other);

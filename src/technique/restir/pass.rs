@@ -11,7 +11,7 @@ use super::receiver::{Receiver, Surface};
 use super::reservoir::{Reservoir, Selected, Selecting};
 use super::settings::Settings;
 use crate::sample::{Rng, additive};
-use crate::shade::{ChosenPlace, LightPlace};
+use crate::shade::ChosenPlace;
 use crate::technique::radiance::viewer_key;
 use crate::technique::{Rendered, Shot};
 use crate::trace::{Caster, RayCounter};
@@ -82,9 +82,11 @@ impl<'a> Pass<'a> {
         let counter = RayCounter::default();
         let stages = &mut rendered.stages;
         let mut all = stages.time("candidates", || {
-            self.each(&counter, (CANDIDATES, &mut *tally), &|pixel, layer, tools| {
-                self.candidates(pixel, layer, tools)
-            })
+            self.each(
+                &counter,
+                (CANDIDATES, &mut *tally),
+                &|pixel, layer, tools| self.candidates(pixel, layer, tools),
+            )
         });
         let mut is_found = Vec::new();
         if let Some(before) = self.before.filter(|_| self.settings.history > 0) {
