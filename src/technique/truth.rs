@@ -18,11 +18,8 @@ const CONTENDER_STREAM: u64 = 0x6366_6e74_6472;
 /// What both compare.
 static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mean::ENTRY];
 /// What direct lighting compares.
-static DIRECT_CONTENDERS: &[ContenderEntry<Truth>] = &[
-    path_samples::ENTRY,
-    running_mean::ENTRY,
-    light_cones::ENTRY,
-];
+static DIRECT_CONTENDERS: &[ContenderEntry<Truth>] =
+    &[path_samples::ENTRY, running_mean::ENTRY, light_cones::ENTRY];
 
 /// The registry's entry of path tracing.
 pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
@@ -64,7 +61,12 @@ pub const DIRECT: TechniqueEntry = TechniqueEntry {
             DIRECT_CONTENDERS,
         )?))
     },
-    contenders: || DIRECT_CONTENDERS.iter().map(ContenderEntry::listed).collect(),
+    contenders: || {
+        DIRECT_CONTENDERS
+            .iter()
+            .map(ContenderEntry::listed)
+            .collect()
+    },
     units: &[&SAMPLES],
     default_method: "reference",
     of_contenders: &[],
