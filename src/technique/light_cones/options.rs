@@ -65,7 +65,7 @@ parameters! {
         /// Size of texels above that of pixels, in doublings.
         pub bias: f32 = 1.0, Within(-8.0, 8.0), "levels";
         /// Texels of the finest size along the diagonal of the scene; there are sixteen sizes.
-        pub finest: f32 = 65536.0, Within(1.0, 1e9);
+        pub finest: f32 = 65536.0, Within(1.0, 1e6);
         /// Updates at all samples before an entry is at rest.
         pub first_updates: u32 = 8, Within(0.0, 65536.0);
         /// What brings all samples back to entries at rest.
