@@ -54,11 +54,14 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
             .map_err(|error| error.to_string())
     };
     let file = decoded(read).map_err(|why| ImageError::decode(path, "EXR", why))?;
-    let mut picture = LayeredImage::default();
-    picture.chromaticities = file.attributes.chromaticities.map(|c| {
+    let chromaticities = file.attributes.chromaticities.map(|c| {
         let place = |at: exr::math::Vec2<f32>| [at.x(), at.y()];
         [c.red, c.green, c.blue, c.white].map(place)
     });
+    let mut picture = LayeredImage {
+        chromaticities,
+        ..LayeredImage::default()
+    };
     let only_part = file.layer_data.len() == 1;
     for part in &file.layer_data {
         let part_name = match &part.attributes.layer_name {

@@ -23,6 +23,8 @@ pub(super) struct Gathering<'a> {
     pub seed: u64,
     /// Whether something of the scene has changed of late.
     pub restless: bool,
+    /// Whether a light was just switched: what is remembered then counts as one sample.
+    pub switched: bool,
 }
 
 /// What updates took and met.
@@ -117,6 +119,10 @@ impl Gathering<'_> {
         tally: &mut Tally,
     ) -> Entry {
         let calm = self.is_calm(&entry);
+        let mut entry = entry;
+        if self.switched {
+            entry.count = entry.count.min(1.0);
+        }
         let samples = match calm {
             true => self.parameters.calm_samples.min(self.samples),
             false => self.samples,

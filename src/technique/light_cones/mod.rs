@@ -181,6 +181,7 @@ impl LightCones {
             seed: self.terms.seed,
             restless: self.parameters.motion == Motion::Scene
                 && surfaces.stillness.frames < self.parameters.first_updates,
+            switched: self.parameters.motion == Motion::Scene && surfaces.stillness.switched,
         };
         let asked = rendered.stages.time("blocks", || {
             let charts = (&surfaces.charts, &surfaces.grid);

@@ -11,8 +11,12 @@ use crate::scene::Scene;
 pub(super) struct Stillness {
     /// Of lights and shapes; `None` before the first frame.
     fingerprint: Option<u64>,
+    /// Of which lights shine.
+    shining: u64,
     /// Frames since something changed.
     pub frames: u32,
+    /// Whether a light was switched on or off since the last frame.
+    pub switched: bool,
 }
 
 /// Numbers that are hashed one after another.
@@ -22,12 +26,27 @@ impl Stillness {
     /// Takes in the scene of the next frame; before the first one nothing has changed.
     pub fn next(&mut self, scene: &Scene) {
         let now = fingerprint(scene);
+        let before = std::mem::replace(&mut self.shining, shining(scene));
+        self.switched = self.fingerprint.is_some() && before != self.shining;
         self.frames = match self.fingerprint.replace(now) {
             None => u32::MAX,
             Some(before) if before == now => self.frames.saturating_add(1),
             Some(_) => 0,
         };
     }
+}
+
+/// A number that changes with which lights shine.
+fn shining(scene: &Scene) -> u64 {
+    let shapes = scene.shapes.iter().map(|shape| shape.emission);
+    let points = scene.point_lights.iter().map(|light| Some(light.intensity));
+    let parallel = scene
+        .directional_lights
+        .iter()
+        .map(|(_, light)| Some(*light));
+    let shines = |light: Option<[f32; 3]>| light.is_some_and(|light| light != [0.0; 3]);
+    let all = shapes.chain(points).chain(parallel).map(shines);
+    all.fold(0, |all, shines| hash(all << 1 ^ u64::from(shines)))
 }
 
 /// A number that changes with where shapes and lights are and what they send.
