@@ -5,6 +5,9 @@ use glam::{DMat3, DVec3};
 /// Red, green, blue and white of Rec.709 in CIE xy.
 const REC709: [[f32; 2]; 4] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
 
+/// Red, green and blue of files whose channels are X, Y and Z.
+const XYZ: [[f32; 2]; 3] = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]];
+
 /// Files give the numbers of Rec.709 with three or four places.
 const ROUNDING: f32 = 1e-3;
 
@@ -27,8 +30,11 @@ pub(super) fn to_rec709(chromaticities: &[[f32; 2]; 4]) -> Result<Option<DMat3>,
     }
 }
 
-/// From linear RGB to XYZ, with Y = 1 for white.
+/// From linear RGB to XYZ, with Y = 1 for white. Channels that are X, Y and Z stay, whatever white the file names.
 fn to_xyz(chromaticities: &[[f32; 2]; 4]) -> Option<DMat3> {
+    if chromaticities[..3] == XYZ {
+        return Some(DMat3::IDENTITY);
+    }
     let [red, green, blue, white] = chromaticities.map(|[x, y]| {
         let [x, y] = [f64::from(x), f64::from(y)];
         DVec3::new(x, y, 1.0 - x - y)
@@ -48,6 +54,8 @@ mod tests {
         let third = 1.0 / 3.0;
         let xyz = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [third, third]];
         let matrix = to_rec709(&xyz).unwrap().unwrap();
+        let daylight = [xyz[0], xyz[1], xyz[2], REC709[3]];
+        assert_eq!(to_rec709(&daylight), Ok(Some(matrix)));
         // The white of Rec.709 in XYZ, and its red (IEC 61966-2-1).
         let white = matrix * DVec3::new(0.95046, 1.0, 1.08906);
         assert!(white.distance(DVec3::ONE) < 1e-3, "{white}");
