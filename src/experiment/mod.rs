@@ -16,6 +16,7 @@ mod foresee;
 mod identity;
 mod image;
 mod light_files;
+mod limits;
 mod loaded;
 mod locate;
 mod lock;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::config::{ConfigError, Source};
+use super::limits::check_name;
 use super::overrides::Override;
-use super::plan::check_name;
 
 /// A suite file.
 #[derive(Clone, Debug, Deserialize)]
