@@ -43,6 +43,10 @@ struct Slot {
     asked: u64,
     /// Last frame that asked for it.
     seen: u32,
+    /// Texels that have begun: their points stay.
+    begun: u64,
+    /// Texels whose points were moved.
+    moved: u64,
 }
 
 /// What became of requests.
@@ -67,11 +71,15 @@ pub struct Block<'a> {
 }
 
 /// A block as it is remembered.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BlockMemory {
     key: BlockKey,
     /// Frames since it was asked for.
     age: u32,
+    /// Texels that have begun.
+    begun: u64,
+    /// Texels whose points were moved, and to where.
+    moved: Vec<(u32, SurfacePoint)>,
     words: Vec<u32>,
 }
 
@@ -112,7 +120,10 @@ impl Blocks {
                 asked.refused += 1;
                 continue;
             };
-            self.slots[slot as usize].key = Some(key);
+            self.slots[slot as usize] = Slot {
+                key: Some(key),
+                ..Slot::default()
+            };
             self.slot_of.insert(key, slot);
             self.ask(slot, mask);
             new.push((slot, key));
@@ -232,6 +243,25 @@ impl Blocks {
         Some((self.points[slot][index], words))
     }
 
+    /// Whether a texel was never used before.
+    pub fn begins(&self, texel: Texel) -> bool {
+        let slot = self.slot_of.get(&texel.block);
+        slot.is_some_and(|&slot| self.slots[slot as usize].begun >> texel.index & 1 == 0)
+    }
+
+    /// A texel is used from now on, at this surface point in place of that at its centre.
+    pub fn begin_texel(&mut self, texel: Texel, point: Option<SurfacePoint>) {
+        let Some(&slot) = self.slot_of.get(&texel.block) else {
+            return;
+        };
+        let bit = 1 << texel.index;
+        self.slots[slot as usize].begun |= bit;
+        if let Some(point) = point {
+            self.slots[slot as usize].moved |= bit;
+            self.points[slot as usize][texel.index as usize] = point;
+        }
+    }
+
     /// Contents of a texel, to be written; `None` where its block is not there.
     pub fn texel_mut(&mut self, texel: Texel) -> Option<&mut [u32]> {
         let slot = *self.slot_of.get(&texel.block)? as usize;
@@ -275,9 +305,12 @@ impl Blocks {
         let slots = self.slots.iter().enumerate();
         let mut memory: Vec<BlockMemory> = slots
             .filter_map(|(index, slot)| {
+                let moved = (0..BLOCK_TEXELS).filter(|i| slot.moved >> i & 1 == 1);
                 Some(BlockMemory {
                     key: slot.key?,
                     age: self.frame - slot.seen,
+                    begun: slot.begun,
+                    moved: moved.map(|i| (i as u32, self.points[index][i])).collect(),
                     words: self.words[index * size..][..size].to_vec(),
                 })
             })
@@ -297,7 +330,11 @@ impl Blocks {
     ) -> Result<(), String> {
         let size = BLOCK_TEXELS * self.words_per_texel;
         let fits = |block: &BlockMemory| {
-            block.words.len() == size && (block.key.surface().island as usize) < charts.len()
+            let texels = BLOCK_TEXELS as u32;
+            let moved = block.moved.iter().all(|(index, _)| *index < texels);
+            moved
+                && block.words.len() == size
+                && (block.key.surface().island as usize) < charts.len()
         };
         if memory.len() > self.limits.blocks || !memory.iter().all(fits) {
             return Err(
@@ -308,17 +345,29 @@ impl Blocks {
         *self = Self::new(self.limits, self.words_per_texel);
         self.frame = memory.iter().map(|block| block.age).max().unwrap_or(0);
         let mut new = Vec::with_capacity(memory.len());
+        let mut moved = Vec::new();
         for (slot, block) in (0..).zip(memory) {
             self.slots.push(Slot {
                 key: Some(block.key),
                 asked: 0,
                 seen: self.frame - block.age,
+                begun: block.begun,
+                moved: block.moved.iter().fold(0, |bits, (i, _)| bits | 1 << i),
             });
+            moved.extend(
+                block
+                    .moved
+                    .into_iter()
+                    .map(|(i, point)| (slot as usize, i, point)),
+            );
             self.words.extend(block.words);
             self.slot_of.insert(block.key, slot);
             new.push((slot, block.key));
         }
         self.look_up(&new, (charts, grid));
+        for (slot, index, point) in moved {
+            self.points[slot][index as usize] = point;
+        }
         Ok(())
     }
 }

@@ -1,13 +1,14 @@
 //! The surface points of texels.
 
 use glam::Vec2;
+use serde::{Deserialize, Serialize};
 
 use super::charts::Charts;
 use super::grid::{BLOCK_TEXELS, BlockKey, Grid, Texel};
 use super::islands::bounds;
 
 /// A point of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// Index into the scene's triangles; [`SurfacePoint::NOWHERE`] of texels far from any.
     pub triangle: u32,

@@ -12,11 +12,12 @@ use super::super::truth::Truth;
 use super::super::{
     Contender, ContenderEntry, Passes, Rendered, ShadingFunction, Shot, Terms, each_pixel,
 };
+use super::selection::{Selecting, Selection, Turn};
 use super::sight::{Sight, surface};
-use crate::entry::{About, Bias, parameters, words};
+use crate::entry::{About, Bias, parameters};
 use crate::image::luminance;
 use crate::sample::Rng;
-use crate::shade::{Arriving, ChosenPlace, EvenLights, Interaction};
+use crate::shade::{Arriving, EvenLights, Interaction};
 use crate::technique::radiance::viewer_key;
 use crate::trace::{Caster, RayCounter};
 
@@ -46,20 +47,6 @@ pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         }))
     },
 };
-
-words! {
-    /// How lights are chosen.
-    enum Selection {
-        /// Each emitting shape and each other light with the same probability.
-        Uniform = "uniform",
-        /// By power, half of it spread evenly over area, point, directional lights and environment.
-        Power = "power",
-        /// By power with one random offset for all samples of a surface, evenly spaced.
-        Systematic = "systematic",
-        /// By what candidates, drawn by power, would add without shadows.
-        Product = "product",
-    }
-}
 
 parameters! {
     #[derive(Clone, Copy, Debug)]
@@ -91,8 +78,13 @@ impl LightSamples {
         let counter = RayCounter::default();
         let lit = Lit {
             shot,
-            even: EvenLights::new(shot.paths.lights()),
-            parameters: self.parameters,
+            selecting: Selecting {
+                lights: shot.paths.lights(),
+                even: EvenLights::new(shot.paths.lights()),
+                selection: self.parameters.selection,
+                candidates: self.parameters.candidates,
+            },
+            count: self.parameters.rays,
             seed: self.terms.seed,
         };
         // Each frame takes other samples, or its noise would stick to the screen.
@@ -111,8 +103,9 @@ impl LightSamples {
 /// Camera samples lit by random samples of the lights.
 struct Lit<'a> {
     shot: &'a Shot<'a>,
-    even: EvenLights<'a, 'a>,
-    parameters: Parameters,
+    selecting: Selecting<'a>,
+    /// Light samples of each camera sample.
+    count: u32,
     seed: u64,
 }
 
@@ -136,83 +129,32 @@ impl ShadingFunction for Lit<'_> {
     }
 }
 
-/// A light sample at a surface.
-struct Sample {
-    /// What the surface sends to the camera for each unit of the measure of places, without shadows.
-    scattered: Vec3,
-    arriving: Arriving,
-    density: f32,
-}
-
 impl Lit<'_> {
     /// Light that a surface scatters to the camera: the mean of all samples.
     fn scattered(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
-        let count = self.parameters.rays;
+        let count = self.count;
         let offset = rng.next_f64();
-        let mut sum = Vec3::ZERO;
-        for number in 0..count {
-            let even_choice = (f64::from(number) + offset) / f64::from(count);
-            sum += match self.parameters.selection {
-                Selection::Uniform => self.one(caster, (at, self.even.choose(rng))),
-                Selection::Power => self.one(caster, (at, self.by_power(rng.next_f64(), rng))),
-                Selection::Systematic => self.one(caster, (at, self.by_power(even_choice, rng))),
-                Selection::Product => self.best_of_candidates(caster, at, rng),
+        let samples = (0..count).map(|number| {
+            let turn = Turn {
+                number,
+                count,
+                offset,
             };
-        }
-        sum / count as f32
+            self.one(caster, (at, turn), rng)
+        });
+        samples.sum::<Vec3>() / count as f32
     }
 
-    fn by_power(&self, choice: f64, rng: &mut Rng) -> Option<ChosenPlace> {
-        self.shot.paths.lights().choose(choice, rng)
-    }
-
-    /// `None` where the surface sends nothing of it to the camera.
-    fn sample(&self, at: &Interaction, chosen: Option<ChosenPlace>) -> Option<Sample> {
-        let chosen = chosen?;
-        let arriving = self.shot.paths.lights().arriving(&chosen.place, at)?;
-        let scattered = at.evaluate(arriving.direction) * arriving.irradiance;
-        (scattered != Vec3::ZERO && chosen.density > 0.0).then_some(Sample {
-            scattered,
-            arriving,
-            density: chosen.density,
-        })
-    }
-
-    fn one(&self, caster: &Caster, (at, chosen): (&Interaction, Option<ChosenPlace>)) -> Vec3 {
-        match self.sample(at, chosen) {
-            Some(sample) if !caster.occluded(&sample.arriving.shadow_ray) => {
-                sample.scattered / sample.density
-            }
-            _ => Vec3::ZERO,
-        }
-    }
-
-    /// Resampled importance sampling (Talbot et al. 2005): of all candidates one, by what it adds without shadows.
-    fn best_of_candidates(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
-        let mut sum = 0.0;
-        let mut kept: Option<Sample> = None;
-        let mut broken = Vec3::ZERO;
-        for _ in 0..self.parameters.candidates {
-            let chosen = self.by_power(rng.next_f64(), rng);
-            let u = rng.next_f32();
-            let Some(sample) = self.sample(at, chosen) else {
-                continue;
-            };
-            let weight = luminance(sample.scattered.into()) / sample.density;
-            if !weight.is_finite() {
-                // Told to the caller, who counts it.
-                broken = sample.scattered / sample.density;
-                continue;
-            }
-            sum += weight;
-            if u * sum < weight {
-                kept = Some(sample);
-            }
-        }
-        let Some(sample) = kept.filter(|s| !caster.occluded(&s.arriving.shadow_ray)) else {
-            return broken;
+    fn one(&self, caster: &Caster, (at, turn): (&Interaction, Turn), rng: &mut Rng) -> Vec3 {
+        let scattered = |light: &Arriving| at.evaluate(light.direction) * light.irradiance;
+        let adds = |light: &Arriving| luminance(scattered(light).into());
+        let Some(light) = self.selecting.sample(at, turn, rng, adds) else {
+            return Vec3::ZERO;
         };
-        let target = luminance(sample.scattered.into());
-        broken + sample.scattered * (sum / (target * self.parameters.candidates as f32))
+        let scattered = scattered(&light.arriving);
+        if scattered == Vec3::ZERO || caster.occluded(&light.arriving.shadow_ray) {
+            return Vec3::ZERO;
+        }
+        scattered / light.density
     }
 }

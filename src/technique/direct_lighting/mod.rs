@@ -3,6 +3,7 @@
 
 mod light_samples;
 mod reservoirs;
+pub(super) mod selection;
 mod sight;
 
 use super::truth::{Parameters, Truth};

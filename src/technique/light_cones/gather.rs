@@ -8,8 +8,9 @@ use crate::cache::cones::{Cone, EdgeTest, Entry, MOST_CONES, Storage, Update, We
 use crate::cache::surface::{BLOCK_TEXELS, Block, Blocks};
 use crate::image::luminance;
 use crate::sample::{Frame, Rng};
-use crate::shade::Interaction;
+use crate::shade::{Arriving, Interaction};
 use crate::technique::Shot;
+use crate::technique::direct_lighting::selection::{Selected, Selecting, Turn};
 use crate::trace::{Caster, Hit, RayCounter};
 
 /// The updates of a frame.
@@ -18,6 +19,7 @@ pub(super) struct Gathering<'a> {
     pub shot: &'a Shot<'a>,
     pub parameters: &'a Parameters,
     pub storage: Storage,
+    pub selecting: Selecting<'a>,
     /// Light samples of an entry that is not at rest.
     pub samples: u32,
     pub seed: u64,
@@ -128,8 +130,14 @@ impl Gathering<'_> {
             false => self.samples,
         };
         let mut update = Update::of(entry, &self.parameters.rules);
-        for _ in 0..samples {
-            if let Some((direction, light)) = self.sampled(caster, texel, rng, tally) {
+        let offset = rng.next_f64();
+        for number in 0..samples {
+            let turn = Turn {
+                number,
+                count: samples,
+                offset,
+            };
+            if let Some((direction, light)) = self.sampled(caster, (texel, turn), rng, tally) {
                 update.add(texel.frame.to_local(direction), light / samples as f32);
             }
         }
@@ -147,21 +155,23 @@ impl Gathering<'_> {
     fn sampled(
         &self,
         caster: &Caster,
-        texel: &Receiver,
+        (texel, turn): (&Receiver, Turn),
         rng: &mut Rng,
         tally: &mut Tally,
     ) -> Option<(Vec3, Vec3)> {
-        let light = self.shot.paths.lights().sample(&texel.at, rng)?;
-        if light.direction.dot(texel.normal) <= 0.0 || light.radiance == Vec3::ZERO {
+        let cosine = |light: &Arriving| light.direction.dot(texel.normal).max(0.0);
+        let adds = |light: &Arriving| cosine(light) * luminance(light.irradiance.into());
+        let Selected { arriving, density } = self.selecting.sample(&texel.at, turn, rng, adds)?;
+        if cosine(&arriving) == 0.0 || arriving.irradiance == Vec3::ZERO {
             return None;
         }
-        let arriving = light.radiance / light.pdf_sr;
-        if !arriving.is_finite() {
+        let light = arriving.irradiance / density;
+        if !light.is_finite() {
             tally.non_finite += 1;
             return None;
         }
-        let reaches = !caster.occluded(&light.shadow_ray);
-        reaches.then_some((light.direction, arriving))
+        let reaches = !caster.occluded(&arriving.shadow_ray);
+        reaches.then_some((arriving.direction, light))
     }
 
     /// Tests the edges of cones and shrinks those without light.

@@ -13,6 +13,7 @@
 //! its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which lowers the
 //! count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones turn with it (`orientation`).
 
+mod cut_off;
 mod gather;
 mod memory;
 mod options;
@@ -24,7 +25,7 @@ mod texels;
 
 use self::gather::{Gathering, Tally};
 use self::memory::Memory;
-use self::options::{Motion, Parameters};
+use self::options::{CutOff, Motion, Parameters};
 use self::shade::{Shading, Shown};
 use self::sight::Sight;
 use self::stillness::Stillness;
@@ -32,6 +33,8 @@ use self::texels::Surfaces;
 use crate::cache::cones::Storage;
 use crate::cache::surface::{Asked, Blocks, Charts, Grid, Limits, Requests};
 use crate::entry::{About, Bias};
+use crate::shade::EvenLights;
+use crate::technique::direct_lighting::selection::Selecting;
 use crate::technique::truth::Truth;
 use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
 use crate::trace::RayCounter;
@@ -45,13 +48,12 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 1,
+        version: 2,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
             "a smooth sky has no few directions: its cones cover the hemisphere",
             "light that moves or goes out trails behind by some frames",
-            "a texel on the edge of a surface may lie within another one, and is then dark",
         ],
         parameters: Parameters::PARAMETERS,
     },
@@ -110,7 +112,8 @@ impl Contender for LightCones {
             .map(|(shot, rendered)| self.look(&surfaces, shot, rendered))
             .collect();
         let requests = Requests::merged(sights.iter().map(|s| s.requests.clone()).collect());
-        let updated = self.update((&mut surfaces, &requests), first, &mut images[0]);
+        let seen: Vec<(&Shot, &Sight)> = shots.iter().zip(&sights).collect();
+        let updated = self.update((&mut surfaces, &requests), &seen, &mut images[0]);
         for ((shot, sight), rendered) in shots.iter().zip(&sights).zip(&mut images) {
             self.show(&surfaces, (shot, sight), rendered);
             updated.report(&surfaces, rendered);
@@ -170,13 +173,21 @@ impl LightCones {
     fn update(
         &self,
         (surfaces, requests): (&mut Surfaces, &Requests),
-        shot: &Shot,
+        seen: &[(&Shot, &Sight)],
         rendered: &mut Rendered,
     ) -> Updated {
+        let (shot, _) = seen[0];
+        let lights = shot.paths.lights();
         let gathering = Gathering {
             shot,
             parameters: &self.parameters,
             storage: self.storage(),
+            selecting: Selecting {
+                lights,
+                even: EvenLights::new(lights),
+                selection: self.parameters.selection,
+                candidates: self.parameters.candidates,
+            },
             samples: self.terms.budget as u32,
             seed: self.terms.seed,
             restless: self.parameters.motion == Motion::Scene
@@ -187,11 +198,17 @@ impl LightCones {
             let charts = (&surfaces.charts, &surfaces.grid);
             surfaces.blocks.begin(requests, charts)
         });
+        let counter = RayCounter::default();
+        let moved = match self.parameters.cut_off {
+            CutOff::Kept => 0,
+            CutOff::Moved => rendered.stages.time("blocks", || {
+                cut_off::uncover(surfaces, seen, &self.parameters, &counter)
+            }),
+        };
         let reused = match self.parameters.reuse {
             true => rendered.stages.time("reuse", || gathering.reuse(surfaces)),
             false => 0,
         };
-        let counter = RayCounter::default();
         let tally = rendered.stages.time("update", || {
             gathering.update(&mut surfaces.blocks, &counter)
         });
@@ -201,6 +218,7 @@ impl LightCones {
             texels: requests.texels(),
             blocks: requests.blocks().len() as u64,
             asked,
+            moved,
             reused,
             tally,
         }
@@ -238,6 +256,8 @@ struct Updated {
     texels: u64,
     blocks: u64,
     asked: Asked,
+    /// Texels that were moved to where a camera sees their surface.
+    moved: u64,
     /// Texels that began with the cones of another level.
     reused: u64,
     tally: Tally,
@@ -256,6 +276,7 @@ impl Updated {
             ("refused_blocks", self.asked.refused as f64),
             ("texels", self.texels as f64),
             ("block_fill", share(self.texels, 64 * self.blocks)),
+            ("moved_texels", self.moved as f64),
             ("reused_texels", self.reused as f64),
             ("calm_texels", share(tally.calm, tally.texels)),
             ("cones", share(tally.cones, tally.texels)),

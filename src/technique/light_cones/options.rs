@@ -2,6 +2,7 @@
 
 use crate::cache::cones::Rules;
 use crate::entry::{parameters, words};
+use crate::technique::direct_lighting::selection::Selection;
 
 words! {
     /// Which texels a camera sample reads.
@@ -55,6 +56,16 @@ words! {
     }
 }
 
+words! {
+    /// Where texels are whose centre another surface cuts off from the camera sample that asks for them first.
+    pub enum CutOff {
+        /// At the camera sample.
+        Moved = "moved",
+        /// At their centre.
+        Kept = "kept",
+    }
+}
+
 parameters! {
     #[derive(Clone, Copy, Debug)]
     pub struct Parameters {
@@ -62,6 +73,12 @@ parameters! {
         pub rules: Rules = Rules::default();
         /// Which texels a camera sample reads.
         pub filter: Filter = Filter::Bilinear;
+        /// Where texels are that another surface cuts off.
+        pub cut_off: CutOff = CutOff::Moved;
+        /// How the lights of an update are chosen.
+        pub selection: Selection = Selection::Power;
+        /// Candidates of each sample, for selection = "product".
+        pub candidates: u32 = 8, Within(1.0, 65536.0);
         /// Size of texels above that of pixels, in doublings.
         pub bias: f32 = 1.0, Within(-8.0, 8.0), "levels";
         /// Texels of the finest size along the diagonal of the scene; there are sixteen sizes.

@@ -169,6 +169,11 @@ impl<'a> Addresses<'a> {
 }
 
 impl Address {
+    /// In the chart, scene units.
+    pub fn place(&self) -> glam::Vec2 {
+        self.place
+    }
+
     /// The texels that are read there, with their weights.
     pub fn texels(&self, grid: &Grid, filter: Filter) -> impl Iterator<Item = (Texel, f32)> {
         let texels = match filter {

@@ -1,0 +1,132 @@
+//! Texels whose point lies within or behind another surface than those of the camera samples that ask for them.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::options::Parameters;
+use super::sight::{Addresses, Sight};
+use super::texels::{Surfaces, hit_of, normal_of};
+use crate::cache::surface::{BlockKey, SurfacePoint, Texel};
+use crate::technique::Shot;
+use crate::trace::{Ray, RayCounter, offset_origin};
+
+/// A surface point that a camera sees, for a texel that it asks for.
+#[derive(Clone, Copy)]
+struct Witness {
+    texel: Texel,
+    /// Squared distance from the texel's centre in the chart, scene units².
+    distance2: f32,
+    point: SurfacePoint,
+}
+
+impl Witness {
+    /// Of a texel's witnesses the least is taken, whoever saw it.
+    fn order(&self) -> (BlockKey, [u32; 5]) {
+        let SurfacePoint { triangle, u, v } = self.point;
+        let [distance2, u, v] = [self.distance2, u, v].map(f32::to_bits);
+        let Texel { block, index } = self.texel;
+        (block, [index, distance2, triangle, u, v])
+    }
+}
+
+/// Moves the points of texels that begin to where a camera sees their surface, if the way from there to them is blocked.
+/// Returns how many.
+pub(super) fn uncover(
+    surfaces: &mut Surfaces,
+    seen: &[(&Shot, &Sight)],
+    parameters: &Parameters,
+    counter: &RayCounter,
+) -> u64 {
+    let Some((first, _)) = seen.first() else {
+        return 0;
+    };
+    let known = &*surfaces;
+    let witnesses = least(
+        seen.iter()
+            .flat_map(|seen| witnesses(known, *seen, parameters)),
+    );
+    let moved: Vec<bool> = witnesses
+        .par_iter()
+        .map_init(
+            || first.tracer.caster(counter),
+            |caster, witness| {
+                let way = way_to_texel(known, first, witness);
+                way.is_some_and(|way| caster.occluded(&way))
+            },
+        )
+        .collect();
+    for (witness, moved) in witnesses.iter().zip(&moved) {
+        surfaces
+            .blocks
+            .begin_texel(witness.texel, moved.then_some(witness.point));
+    }
+    moved.iter().filter(|moved| **moved).count() as u64
+}
+
+/// What a viewer sees of texels that begin.
+fn witnesses(
+    surfaces: &Surfaces,
+    (shot, sight): (&Shot, &Sight),
+    parameters: &Parameters,
+) -> Vec<Witness> {
+    let addresses = Addresses::new(shot, surfaces, parameters);
+    let samples = shot.spp as usize;
+    let row = (shot.width * samples).max(1);
+    let rows = sight.hits.par_chunks(row).enumerate().map(|(y, hits)| {
+        let mut found = Vec::new();
+        for (index, hit) in hits.iter().enumerate() {
+            let Some(hit) = hit else { continue };
+            let pixel = y * shot.width + index / samples;
+            let ray = super::sight::camera_ray(shot, pixel as u32, (index % samples) as u32);
+            let Some(address) = addresses.of(hit, ray.direction) else {
+                continue;
+            };
+            for (texel, _) in address.texels(&surfaces.grid, parameters.filter) {
+                if surfaces.blocks.begins(texel) {
+                    found.push(Witness {
+                        texel,
+                        distance2: surfaces
+                            .grid
+                            .centre(texel)
+                            .distance_squared(address.place()),
+                        point: SurfacePoint {
+                            triangle: hit.triangle,
+                            u: hit.u,
+                            v: hit.v,
+                        },
+                    });
+                }
+            }
+        }
+        least(found.into_iter())
+    });
+    rows.flatten_iter().collect()
+}
+
+/// One witness for each texel.
+fn least(all: impl Iterator<Item = Witness>) -> Vec<Witness> {
+    let mut all: Vec<Witness> = all.collect();
+    all.sort_unstable_by_key(Witness::order);
+    all.dedup_by_key(|witness| witness.texel);
+    all
+}
+
+/// From a witness to the point of its texel, both just above their surfaces; `None` where that is nowhere or the same.
+fn way_to_texel(surfaces: &Surfaces, shot: &Shot, witness: &Witness) -> Option<Ray> {
+    let (point, _) = surfaces.blocks.texel(witness.texel)?;
+    if !point.is_somewhere() {
+        return None;
+    }
+    let back = witness.texel.block.surface().back;
+    let lifted = |point: SurfacePoint| {
+        let at = shot.paths.surfaces().interact(&hit_of(point), Vec3::NEG_Z);
+        let normal = normal_of(shot.scene, point.triangle, back);
+        offset_origin(at.position, normal, shot.scene.diagonal)
+    };
+    let (from, to) = (lifted(witness.point), lifted(point));
+    let way = to - from;
+    Some(Ray {
+        t_max: way.length(),
+        ..Ray::new(from, way.try_normalize()?)
+    })
+}
