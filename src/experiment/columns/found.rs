@@ -257,6 +257,11 @@ pub const FOUND: &[ColumnEntry] = &[
         "share of the texels of blocks that are asked for",
     ),
     found(
+        ("moved_texels", "moved texels"),
+        Unit::Count,
+        "texels of a frame that another surface cuts off, and that moved to what a camera sees",
+    ),
+    found(
         ("reused_texels", "reused texels"),
         Unit::Count,
         "texels of a frame that began with the cones of another size of texels",
