@@ -215,7 +215,7 @@ fn plans_tell_memory_where_methods_can() {
 #[test]
 fn references_are_shared_by_settings_of_contenders_alone() {
     let place = Place::new();
-    let config = repository("configs/cache-placement/importance-fig3.toml");
+    let config = repository("configs/papers/cache-placement/importance-fig3.toml");
     let first = |setting: &str| {
         let output = place.lightbench(&["plan", "--json", &config, setting]);
         let plan: serde_json::Value = serde_json::from_str(&output.out).expect("json");
