@@ -15,6 +15,8 @@ mod gates;
 mod planning;
 #[path = "cli/sequences.rs"]
 mod sequences;
+#[path = "cli/starting.rs"]
+mod starting;
 
 /// A small experiment on a scene of primitives, a second or two in a debug build.
 /// What differs from run to run: times, and memory as the allocator sees it.

@@ -218,6 +218,7 @@ impl ReferenceStore {
                 stored = Instant::now();
             }
         }
+        progress(reference.samples, wanted);
         Ok(())
     }
 
