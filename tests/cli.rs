@@ -11,6 +11,9 @@ use assert_cmd::Command;
 mod folders;
 #[path = "cli/gates.rs"]
 mod gates;
+#[cfg(unix)]
+#[path = "cli/many.rs"]
+mod many;
 #[path = "cli/planning.rs"]
 mod planning;
 #[path = "cli/sequences.rs"]
