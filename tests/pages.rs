@@ -39,7 +39,7 @@ fn all_pages() -> Vec<String> {
 
 /// The first block of a language after a heading.
 fn block<'a>(page: &'a str, heading: &str, language: &str) -> &'a str {
-    let section = page.split(&format!("\n{heading}\n")).nth(1);
+    let section = page.split(&format!("{heading}\n")).nth(1);
     let section = section.unwrap_or_else(|| panic!("no heading `{heading}`"));
     let block = section.split(&format!("```{language}\n")).nth(1);
     let block = block.and_then(|rest| rest.split("```").next());
@@ -95,6 +95,21 @@ fn the_scene_and_the_experiment_of_the_readme_work() {
     for file in ["report.html", "rows.csv", "tables/errors.md", "plan.json"] {
         let file = place.path().join("results/my-test").join(file);
         assert!(file.is_file(), "{}", file.display());
+    }
+}
+
+#[test]
+fn the_experiment_of_the_page_on_ci_plans_and_its_verbs_are_there() {
+    let page = read("docs/ci.md");
+    let place = tempfile::tempdir().expect("a folder");
+    let experiment = block(&page, "# Gating a pull request", "toml");
+    fs::write(place.path().join("quality.toml"), experiment).expect("written");
+    let plan = lightbench(place.path(), &["plan", "quality.toml"]).expect("a plan");
+    assert!(plan.contains("quality: 20 jobs"), "{plan}");
+    for used in page.split("target/release/lightbench ").skip(1) {
+        let verb = used.split(' ').next().unwrap_or_default();
+        let help = lightbench(place.path(), &[verb, "--help"]);
+        assert!(help.is_ok(), "{verb}");
     }
 }
 
