@@ -47,7 +47,7 @@ fn new_files_work_as_they_are_and_replace_nothing() {
     }
     let scene = place.lightbench(&["scene", "check", "my-room"]);
     assert_eq!(scene.code, 0, "{}", scene.err);
-    assert!(!scene.out.contains("dropped"), "{}", scene.out);
+    assert!(scene.out.contains("dropped_degenerate: 0"), "{}", scene.out);
     let render = [
         "render",
         "my-room",
