@@ -7,10 +7,44 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=Cargo.toml");
     println!("cargo::rerun-if-changed=src");
+    println!("cargo::rerun-if-changed=configs");
+    list_configs();
     println!(
         "cargo::rustc-env=LIGHTBENCH_COMMIT={}",
         commit().unwrap_or_default()
     );
+}
+
+/// Writes the list of shipped configs, from which the program takes their texts: path below `configs/` without its
+/// ending, and text.
+fn list_configs() {
+    let variable = |name| PathBuf::from(std::env::var_os(name).expect("set by cargo"));
+    let configs = variable("CARGO_MANIFEST_DIR").join("configs");
+    let (mut folders, mut files) = (vec![configs.clone()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder of configs") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "toml") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    let mut list = String::from("&[\n");
+    for file in files {
+        let name = file
+            .strip_prefix(&configs)
+            .expect("below it")
+            .with_extension("");
+        let name = name.to_str().expect("UTF-8").replace('\\', "/");
+        let file = file.to_str().expect("UTF-8");
+        list.push_str(&format!("    ({name:?}, include_str!({file:?})),\n"));
+    }
+    list.push_str("]\n");
+    let place = variable("OUT_DIR").join("configs.rs");
+    std::fs::write(place, list).expect("the list of configs is written");
 }
 
 /// The commit's short name, with `modified` behind it if sources differ from it; `None` outside a

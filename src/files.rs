@@ -35,13 +35,14 @@ pub fn write_with<E>(
 
 /// As [`write_with`], of contents that are there; errors name the path.
 pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
-    let named = |error: io::Error| {
-        let message = format!("{}: {error}", path.display());
-        io::Error::new(error.kind(), message)
-    };
-    write_with(path, named, |writer| {
-        writer.write_all(contents.as_ref()).map_err(named)
+    write_with(path, at(path), |writer| {
+        writer.write_all(contents.as_ref()).map_err(at(path))
     })
+}
+
+/// Puts the path that it is about into an error of the system, which does not name it.
+pub fn at(path: &Path) -> impl Fn(io::Error) -> io::Error + Copy + '_ {
+    move |error| io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 fn temporary_name(path: &Path) -> io::Result<PathBuf> {

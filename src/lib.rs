@@ -7,7 +7,7 @@
 //!
 //! The modules import downwards only:
 //! `cli → experiment, report → technique → placement, cache, environment, shade → world → scene,
-//! trace, sample → image, files, memory`.
+//! trace, sample → image, files, memory, suggest`.
 
 pub mod cache;
 pub mod cli;
@@ -25,6 +25,7 @@ pub mod sample;
 pub mod scene;
 pub mod shade;
 mod standard_error;
+mod suggest;
 pub mod technique;
 pub mod trace;
 pub mod world;

@@ -4,6 +4,7 @@ use crate::cache::interpolation::INTERPOLATIONS;
 use crate::entry::About;
 use crate::environment::ENVIRONMENT_SAMPLERS;
 use crate::placement::{FIRST_STAGES, REFINEMENTS};
+use crate::suggest::advice;
 use crate::technique::{
     TechniqueEntry, ambient_occlusion, direct_lighting, environment_lighting, importance_caching,
     irradiance_caching, radiance, truth,
@@ -32,8 +33,7 @@ pub fn technique(id: &str) -> Option<&'static TechniqueEntry> {
 pub fn technique_named(id: &str) -> Result<&'static TechniqueEntry, String> {
     technique(id).ok_or_else(|| {
         let known: Vec<&str> = TECHNIQUES.iter().map(|e| e.about.id).collect();
-        let known = known.join(", ");
-        format!("no technique is called `{id}`; known: {known}")
+        format!("no technique is called `{id}`; {}", advice(id, &known))
     })
 }
 

@@ -11,10 +11,15 @@ use assert_cmd::Command;
 mod folders;
 #[path = "cli/gates.rs"]
 mod gates;
+#[cfg(unix)]
+#[path = "cli/many.rs"]
+mod many;
 #[path = "cli/planning.rs"]
 mod planning;
 #[path = "cli/sequences.rs"]
 mod sequences;
+#[path = "cli/starting.rs"]
+mod starting;
 
 /// A small experiment on a scene of primitives, a second or two in a debug build.
 /// What differs from run to run: times, and memory as the allocator sees it.
@@ -215,7 +220,7 @@ fn plans_tell_memory_where_methods_can() {
 #[test]
 fn references_are_shared_by_settings_of_contenders_alone() {
     let place = Place::new();
-    let config = repository("configs/cache-placement/importance-fig3.toml");
+    let config = repository("configs/papers/cache-placement/importance-fig3.toml");
     let first = |setting: &str| {
         let output = place.lightbench(&["plan", "--json", &config, setting]);
         let plan: serde_json::Value = serde_json::from_str(&output.out).expect("json");

@@ -1,4 +1,5 @@
-//! Modules import downwards only: no top-level module reaches itself through others.
+//! The order of the house: modules import downwards only, so that no top-level module reaches itself through others; each
+//! says what it is; `unsafe` is in few of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -66,5 +67,42 @@ fn no_module_reaches_itself_through_others() {
                 }
             }
         }
+    }
+}
+
+/// Name below `src` and text of every source file.
+fn sources() -> Vec<(String, String)> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let (mut folders, mut files) = (vec![source.clone()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder of sources") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let name = path.strip_prefix(&source).expect("below it");
+                let name = name.to_string_lossy().replace('\\', "/");
+                files.push((name, std::fs::read_to_string(&path).expect("UTF-8")));
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn unsafe_code_is_in_the_ray_kernels_and_the_advice_on_memory() {
+    for (name, text) in sources() {
+        let allowed = name.starts_with("trace/") || name == "memory.rs";
+        let mut code = text.lines().filter(|l| !l.trim_start().starts_with("//"));
+        let is_unsafe = |line: &str| line.contains("unsafe {") || line.contains("unsafe fn");
+        assert!(allowed || !code.any(is_unsafe), "{name}");
+    }
+}
+
+#[test]
+fn every_module_says_what_it_is() {
+    for (name, text) in sources() {
+        let is_test = name.contains("tests");
+        assert!(is_test || text.starts_with("//!"), "{name} has no `//!`");
     }
 }

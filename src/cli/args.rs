@@ -10,6 +10,11 @@ Environment: LIGHTBENCH_SCENES path list of folders with scenes and maps · LIGH
 traced: wide (default where the processor has AVX-512, or AVX2 and FMA), watertight, portable, or a kernel by \
 the name it has in provenance.json · LIGHTBENCH_HIDE instructions not to use for rays: avx512, avx2";
 
+const DIFF_NOTES: &str = "Jobs belong together that have scene, view, technique, label, swept values and seed in common. For each \
+contender in which something changed it prints errors and counted and timed cost before and after, the relative change of \
+their mean, and whether that lies beyond the 95 % interval over seeds. What is the same to the last bit is left out. \
+It exits with 0 whatever changed, and with 3 where the folders have no job in common: `gate` decides, `diff` tells.";
+
 /// A laboratory for cached light: which method is better, by how much, at what cost, and is it
 /// significant.
 #[derive(Debug, Parser)]
@@ -37,19 +42,22 @@ pub enum Verb {
     Render(RenderArgs),
     /// All metrics of two images
     Compare(CompareArgs),
-    /// Write the record positions of one distribution
+    /// Write where a cached method has its records
     Caches(CachesArgs),
     /// The lights that a sampler makes of an environment map
     Lights(LightsArgs),
     /// Look at scenes
     #[command(subcommand)]
     Scene(SceneVerb),
+    /// Write a commented experiment or scene to start from
+    #[command(subcommand)]
+    New(NewVerb),
     /// Look at and extend the reference store
     #[command(subcommand)]
     Ref(RefVerb),
     /// Re-evaluate one pixel of a job and print what went into it
     Replay(ReplayArgs),
-    /// List techniques, methods, refinements or scenes
+    /// List techniques, methods, scenes, maps or shipped configs
     List(ListArgs),
     /// Describe an entry of the registry: parameters, sources, known failures
     Explain(ExplainArgs),
@@ -70,7 +78,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub fail_fast: bool,
     /// Say nothing on stderr
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
     /// Save a sequence at work every so many seconds, so that it goes on there after an interruption
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
@@ -79,18 +87,18 @@ pub struct RunArgs {
     #[arg(long)]
     pub profile: bool,
     /// Worker threads; default: all
-    #[arg(long)]
+    #[arg(short = 'j', long)]
     pub threads: Option<usize>,
 }
 
 /// Configs, overrides and filters, common to `run` and `plan`.
 #[derive(Debug, Args)]
 pub struct Selection {
-    /// Config files and overrides: CONFIG… key=value…; a,b,c and from..to..step sweep
+    /// Config files, or shipped configs by name (`lightbench list configs`), and overrides: CONFIG… key=value…; a,b,c and from..to..step sweep
     #[arg(required = true, value_name = "CONFIG | key=value")]
     pub inputs: Vec<String>,
     /// Results folder; default: results/<name of the config>
-    #[arg(long)]
+    #[arg(short, long)]
     pub out: Option<PathBuf>,
     /// Only scenes that match
     #[arg(long, value_name = "GLOB")]
@@ -134,17 +142,21 @@ pub struct GateArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = DIFF_NOTES)]
 pub struct DiffArgs {
+    /// The results folder that is compared with
     pub before: PathBuf,
+    /// The results folder that is compared
     pub after: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {
+    /// Results folders of the same experiment
     #[arg(required = true)]
     pub folders: Vec<PathBuf>,
     /// The folder to write
-    #[arg(long)]
+    #[arg(short, long)]
     pub out: PathBuf,
 }
 
@@ -153,6 +165,7 @@ pub struct MergeArgs {
 pub struct ContenderArgs {
     /// A shipped scene, NAME on LIGHTBENCH_SCENES, a scene.toml, a Mitsuba XML or a glTF file
     pub scene: String,
+    /// A view of the scene; default: the first
     #[arg(long)]
     pub view: Option<String>,
     /// A camera path of the scene, in place of a view; of a stereo pair its left eye
@@ -161,6 +174,7 @@ pub struct ContenderArgs {
     /// The moment that is shown, of scenes in which something moves
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub time: f64,
+    /// What is computed: `lightbench list techniques`
     #[arg(long, default_value = "ambient-occlusion")]
     pub technique: String,
     /// A distribution such as VGC+DGS (the default), a sampler of environment maps such as
@@ -177,10 +191,11 @@ pub struct ContenderArgs {
     /// Samples per pixel
     #[arg(long, default_value_t = 1)]
     pub spp: u32,
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Worker threads; default: all
-    #[arg(long)]
+    #[arg(short = 'j', long)]
     pub threads: Option<usize>,
     /// A parameter of the method or technique, or max_depth, environment, ao_distance,
     /// metres_per_unit of the scene
@@ -193,7 +208,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub contender: ContenderArgs,
     /// The image to write: .exr, or .png after exposure
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
     /// Print what it took as JSON
     #[arg(long)]
@@ -205,7 +220,7 @@ pub struct CachesArgs {
     #[command(flatten)]
     pub contender: ContenderArgs,
     /// The CSV file to write
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
 }
 
@@ -219,16 +234,17 @@ pub struct LightsArgs {
     /// Number of lights
     #[arg(long, default_value_t = 32)]
     pub budget: usize,
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Print JSON
     #[arg(long)]
     pub json: bool,
     /// Draw them on the tone-mapped map, in a PNG file
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Worker threads; default: all
-    #[arg(long)]
+    #[arg(short = 'j', long)]
     pub threads: Option<usize>,
     /// A parameter of the method
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -237,12 +253,15 @@ pub struct LightsArgs {
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {
+    /// The image that is right: .exr, .hdr or .png
     pub reference: PathBuf,
+    /// The image that is measured against it
     pub test: PathBuf,
+    /// Print JSON
     #[arg(long)]
     pub json: bool,
     /// Writes error and FLIP maps into this folder
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Exposure of linear images before they are clamped for display metrics, in stops
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
@@ -260,9 +279,25 @@ pub enum SceneVerb {
 
 #[derive(Debug, Args)]
 pub struct CheckArgs {
+    /// A shipped scene, NAME on LIGHTBENCH_SCENES, a scene.toml, a Mitsuba XML or a glTF file
     pub scene: String,
+    /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum NewVerb {
+    /// Write NAME.toml, an experiment that runs as it is
+    Experiment {
+        /// Letters, digits, - and _
+        name: String,
+    },
+    /// Write NAME/scene.toml, a scene that renders as it is
+    Scene {
+        /// Letters, digits, - and _
+        name: String,
+    },
 }
 
 #[derive(Debug, Subcommand)]
@@ -300,7 +335,8 @@ pub struct ReplayArgs {
 
 #[derive(Debug, Args)]
 pub struct ListArgs {
-    /// techniques, distributions, refinements, samplers, scenes or maps; default: all
+    /// techniques, distributions, refinements, interpolations, methods, samplers, scenes, maps or configs; default: all
+    /// but configs
     pub kind: Option<String>,
 }
 

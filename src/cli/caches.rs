@@ -1,4 +1,4 @@
-//! `caches`: where a distribution puts its records.
+//! `caches`: where a cached method has its records.
 
 use super::args::CachesArgs;
 use super::exit::{self, Failure};
@@ -17,7 +17,7 @@ pub fn run(args: &CachesArgs) -> Result<u8, Failure> {
     let rendered = prepared.render()?;
     if rendered.records.is_empty() {
         return Err(Failure::usage(
-            "only distributions have records; name one with --method",
+            "this method made no records; name one that does with --method, such as VGC, or on-demand with --technique irradiance-caching",
         ));
     }
     let width = prepared.job.width as u32;

@@ -7,12 +7,15 @@ use super::args::LightsArgs;
 use super::exit::{self, Failure};
 use super::out::say;
 use super::run::set_threads;
-use crate::environment::{Environment, EnvironmentSampler, LightKind};
+use crate::environment::{
+    ENVIRONMENT_SAMPLERS, Environment, EnvironmentSampler, LightKind, SamplerEntry,
+};
 use crate::experiment::Override;
 use crate::image::{Image, overview, write_png_coded};
 use crate::report::draw_lights;
 use crate::scene::find_environment;
 use crate::standard_error::tell;
+use crate::suggest::advice;
 
 /// Prints the lights, as JSON or a line each, and draws them with `--out`.
 pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
@@ -26,9 +29,9 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     let start = std::time::Instant::now();
     let EnvironmentSampler::Lights(sampler) = sampler else {
         return Err(Failure::usage(format!(
-            "{} draws directions at every shading point and has no lights of the map; known: {}",
+            "{} chooses lights or directions anew at every shading point and has no set of lights; those that have one: {}",
             args.method,
-            known(false)
+            known(Needed::Lights).join(", ")
         )));
     };
     let set = sampler.lights(&map, args.budget, args.seed);
@@ -69,9 +72,9 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
 fn sampler(args: &LightsArgs) -> Result<EnvironmentSampler, Failure> {
     let entry = crate::environment::environment_sampler(&args.method).ok_or_else(|| {
         Failure::usage(format!(
-            "no sampler is called `{}`; known: {}",
+            "no sampler is called `{}`; {}",
             args.method,
-            known(true)
+            advice(&args.method, &known(Needed::Anything))
         ))
     })?;
     let mut parameters = Table::new();
@@ -87,14 +90,24 @@ fn sampler(args: &LightsArgs) -> Result<EnvironmentSampler, Failure> {
     Ok((entry.build)(&parameters)?)
 }
 
-/// Ids of the samplers; of those with lights only unless `all`.
-fn known(all: bool) -> String {
-    let ids: Vec<&str> = crate::environment::ENVIRONMENT_SAMPLERS
+/// Which samplers are listed.
+#[derive(PartialEq)]
+enum Needed {
+    Anything,
+    Lights,
+}
+
+/// Ids of the samplers.
+fn known(needed: Needed) -> Vec<&'static str> {
+    let has_lights = |entry: &SamplerEntry| {
+        let built = (entry.build)(&Table::new());
+        matches!(built, Ok(EnvironmentSampler::Lights(_)))
+    };
+    ENVIRONMENT_SAMPLERS
         .iter()
-        .map(|e| e.about.id)
-        .filter(|id| all || *id != "mis")
-        .collect();
-    ids.join(", ")
+        .filter(|entry| needed == Needed::Anything || has_lights(entry))
+        .map(|entry| entry.about.id)
+        .collect()
 }
 
 fn pixels(map: &Environment) -> Image {

@@ -6,10 +6,12 @@ use super::out;
 use super::out::say;
 use crate::entry::{About, Bias, Kind, Parameter};
 use crate::environment::embedded_maps;
+use crate::experiment::shipped_configs;
 use crate::registry::entries;
 use crate::scene::{find_scene, shipped_scenes};
+use crate::suggest::{advice, hint};
 
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 9] = [
     "techniques",
     "distributions",
     "refinements",
@@ -18,20 +20,22 @@ const KINDS: [&str; 8] = [
     "samplers",
     "scenes",
     "maps",
+    "configs",
 ];
 
 /// One line an entry.
 pub fn list(args: &ListArgs) -> Result<u8, Failure> {
     let wanted = |kind: &str| {
-        args.kind
-            .as_deref()
-            .is_none_or(|k| kind.trim_end_matches('s') == k.trim_end_matches('s'))
+        // All configs would push the rest off the screen.
+        args.kind.as_deref().map_or(kind != "configs", |k| {
+            kind.trim_end_matches('s') == k.trim_end_matches('s')
+        })
     };
     if !KINDS.iter().any(|kind| wanted(kind)) {
         let kind = args.kind.as_deref().unwrap_or("");
         return Err(Failure::usage(format!(
-            "nothing is listed as `{kind}`; known: {}",
-            KINDS.join(", ")
+            "nothing is listed as `{kind}`; {}",
+            advice(kind, &KINDS)
         )));
     }
     for kind in KINDS.iter().filter(|kind| wanted(kind)) {
@@ -42,6 +46,11 @@ pub fn list(args: &ListArgs) -> Result<u8, Failure> {
         if *kind == "maps" {
             for (name, summary) in embedded_maps() {
                 say!("  {name:<20} {summary}");
+            }
+        }
+        if *kind == "configs" {
+            for (path, title) in shipped_configs()? {
+                say!("  {path:<40} {title}");
             }
         }
         if *kind == "scenes" {
@@ -69,10 +78,15 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
         })
         .collect();
     if chosen.is_empty() {
+        let ids: Vec<&str> = all.iter().map(|(_, about)| about.id).collect();
         let known: Vec<String> = all.iter().map(|(k, a)| format!("{k}/{}", a.id)).collect();
         return Err(Failure::usage(format!(
-            "no entry `{}`; known: {}",
+            "no entry `{}`{} known: {}",
             args.entry,
+            match hint(name, &ids) {
+                none if none.is_empty() => ";".to_owned(),
+                hint => hint,
+            },
             known.join(", ")
         )));
     }

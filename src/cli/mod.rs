@@ -10,6 +10,7 @@ mod gate;
 mod lights;
 mod list;
 mod merge;
+mod new;
 mod out;
 mod plan;
 mod profile;
@@ -75,6 +76,7 @@ fn dispatch(verb: Verb) -> Result<u8, Failure> {
         Verb::Caches(args) => caches::run(&args),
         Verb::Lights(args) => lights::run(&args),
         Verb::Scene(SceneVerb::Check(args)) => check::run(&args),
+        Verb::New(verb) => new::run(&verb),
         Verb::Ref(RefVerb::Status(args)) => reference::status(&args),
         Verb::Ref(RefVerb::Extend(args)) => reference::extend(&args),
         Verb::Replay(args) => replay::run(&args),

@@ -34,7 +34,9 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
         .iter()
         .partition(|input| input.contains('='));
     if configs.is_empty() {
-        return Err(Failure::usage("no config file given, only overrides"));
+        return Err(Failure::usage(
+            "no config given, only overrides; `lightbench list configs` has those that are shipped",
+        ));
     }
     if selection.out.is_some() && configs.len() > 1 {
         return Err(Failure::usage(
@@ -55,7 +57,7 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
         selection.out.clone().unwrap_or_else(named)
     };
     for file in configs {
-        let source = Source::read(file.as_ref())?;
+        let source = Source::find(file)?;
         let Some(suite) = Suite::of(&source)? else {
             let (config, plan) = plan(&source, &overrides)?;
             all.push(Planned {
@@ -75,7 +77,7 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
             },
         });
         for (file, overrides) in suite.members(&source.file, &overrides)? {
-            let (config, plan) = plan(&Source::read(&file)?, &overrides)?;
+            let (config, plan) = plan(&Source::find(&file.to_string_lossy())?, &overrides)?;
             all.push(Planned {
                 folder: planned.folder.join(&config.name),
                 config,

@@ -4,6 +4,7 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::{Kind, ParameterError, Range, Setting};
+use crate::suggest::advice;
 
 /// One documented parameter.
 #[derive(Clone, Copy, Debug)]
@@ -84,11 +85,7 @@ pub fn check_keys<'a>(
     match table.keys().find(|key| !known.contains(&key.as_str())) {
         None => Ok(()),
         Some(key) => {
-            let known = match known.is_empty() {
-                true => "none".into(),
-                false => known.join(", "),
-            };
-            let message = format!("unknown parameter `{key}`; known: {known}");
+            let message = format!("unknown parameter `{key}`; {}", advice(key, &known));
             Err(ParameterError::new(key, message))
         }
     }

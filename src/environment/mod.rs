@@ -9,6 +9,8 @@ pub mod decomposition;
 mod description;
 mod directs;
 mod emissive;
+#[cfg(test)]
+mod example;
 pub mod fhis;
 mod gallery;
 mod halving;

@@ -10,6 +10,7 @@ use super::sequence::{frame_columns, is_frame_column};
 use super::{Job, columns};
 use crate::cache::interpolation::INTERPOLATIONS;
 use crate::registry::TECHNIQUES;
+use crate::suggest::hint;
 
 /// Checks every expression, label and column against the labels and scenes of the planned jobs, which are
 /// those of their rows.
@@ -77,7 +78,7 @@ fn about_frames(config: &Config, figure: &FigureSpec) -> Result<(), (&'static st
             let names: Vec<&str> = known.iter().map(String::as_str).collect();
             let why = format!(
                 "frames have no column `{column}`{} There are: {}, seconds_<stage> and cpu_seconds_<stage>",
-                advice(column, &names),
+                hint(column, &names),
                 names.join(", ")
             );
             Err((key, why))
@@ -138,7 +139,8 @@ impl<'a> Names<'a> {
         };
         match list(&|p| p.place.scene == scene) {
             views if views.is_empty() => Err(format!(
-                "no scene is called `{scene}`; there are: {}",
+                "no scene is called `{scene}`{}; there are: {}",
+                hint(scene, &self.scenes()),
                 list(&|_| true)
             )),
             views => Err(format!(
@@ -147,12 +149,17 @@ impl<'a> Names<'a> {
         }
     }
 
+    fn scenes(&self) -> Vec<&str> {
+        self.places.iter().map(|p| p.name.as_str()).collect()
+    }
+
     fn label(&self, label: &str) -> Result<(), String> {
         if self.labels.contains(&label) {
             return Ok(());
         }
         Err(format!(
-            "no method is called `{label}`; there are: {}",
+            "no method is called `{label}`{}; there are: {}",
+            hint(label, &self.labels),
             self.labels.join(", ")
         ))
     }
@@ -166,10 +173,13 @@ impl<'a> Names<'a> {
         }
         let mut known: Vec<&str> = columns::declared().chain(parameters()).collect();
         known.extend(&self.swept);
-        let advice = advice(column, &known);
+        let hint = match hint(column, &known) {
+            none if none.is_empty() => ".".to_owned(),
+            hint => hint,
+        };
         let listed: Vec<&str> = columns::declared().collect();
         Err(format!(
-            "no column is called `{column}`{advice} There are: {}, seconds_<stage>, cpu_seconds_<stage>, \
+            "no column is called `{column}`{hint} There are: {}, seconds_<stage>, cpu_seconds_<stage>, \
              serial_share_<stage>, the methods' parameters and swept keys",
             listed.join(", ")
         ))
@@ -186,18 +196,6 @@ fn parameters() -> impl Iterator<Item = &'static str> {
     parts
         .chain(interpolations)
         .flat_map(|about| about.parameters.iter().map(|p| p.key))
-}
-
-/// What was perhaps meant.
-fn advice(wrong: &str, known: &[&str]) -> String {
-    nearest(wrong, known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
-}
-
-/// The name that is most like another, if it could be a slip of the finger.
-fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
-    let distance = |name: &str| strsim::damerau_levenshtein(wrong, name);
-    let near = known.iter().copied().min_by_key(|name| distance(name))?;
-    (distance(near) <= 1 + wrong.len().max(near.len()) / 3).then_some(near)
 }
 
 #[cfg(test)]

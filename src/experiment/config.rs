@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::locate::locate;
 use super::scale::Scale;
 use super::sequence::SequenceSpec;
+use super::shipped;
+use crate::suggest::with_hint;
 
 /// An experiment as written. Every key has a default but `name`, `technique`, `scene` and `method`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -382,6 +384,27 @@ pub struct Source {
 }
 
 impl Source {
+    /// The config of a file, or where there is none a shipped one, by its name or its path below `configs/`, with or
+    /// without `configs/` and `.toml`.
+    ///
+    /// # Errors
+    /// A file that cannot be read; a name that no config has, or several.
+    pub fn find(name: &str) -> Result<Self, ConfigError> {
+        if Path::new(name).is_file() {
+            return Self::read(name.as_ref());
+        }
+        match shipped::find(name) {
+            Ok((path, text)) => Ok(Self {
+                file: Path::new(shipped::FOLDER).join(path).with_extension("toml"),
+                text: text.to_owned(),
+            }),
+            Err(reason) => Err(ConfigError::Read {
+                file: name.into(),
+                reason,
+            }),
+        }
+    }
+
     pub fn read(file: &Path) -> Result<Self, ConfigError> {
         let text = std::fs::read_to_string(file).map_err(|error| ConfigError::Read {
             file: file.to_owned(),
@@ -417,7 +440,7 @@ impl Source {
     pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ConfigError> {
         toml::from_str(&self.text).map_err(|error| {
             let offset = error.span().map_or(0, |s| s.start);
-            self.error_at(offset, error.message().to_owned())
+            self.error_at(offset, with_hint(error.message()))
         })
     }
 
@@ -425,7 +448,7 @@ impl Source {
     pub fn parse_with(&self, settings: &[(String, toml::Value)]) -> Result<Config, ConfigError> {
         let mut table: toml::Table = toml::from_str(&self.text).map_err(|error| {
             let offset = error.span().map_or(0, |s| s.start);
-            self.error_at(offset, error.message().to_owned())
+            self.error_at(offset, with_hint(error.message()))
         })?;
         for (key, value) in settings {
             super::overrides::apply(&mut table, key, value)?;
@@ -436,7 +459,7 @@ impl Source {
                 .map(|(k, v)| format!("{k}={v}"))
                 .collect::<Vec<_>>()
                 .join(" "),
-            message: error.message().to_owned(),
+            message: with_hint(error.message()),
         })
     }
 }

@@ -58,7 +58,7 @@ pub fn write_lights(folder: &Path, set: &LightSet, map: &Environment) -> io::Res
             .collect(),
         emissive: runs(&set.emissive.iter().map(pixel).collect()),
     };
-    std::fs::write(folder.join(LIGHTS_FILE), serde_json::to_string(&file)?)
+    crate::files::write(&folder.join(LIGHTS_FILE), serde_json::to_string(&file)?)
 }
 
 fn runs(pixels: &BTreeSet<u32>) -> Vec<[u32; 2]> {

@@ -28,11 +28,13 @@ mod play;
 mod progress;
 mod provenance;
 mod reference;
+mod remaining;
 mod row;
 mod run;
 mod scale;
 mod scenes;
 mod sequence;
+mod shipped;
 mod store;
 mod suite;
 mod truths;
@@ -65,5 +67,6 @@ pub use sequence::{
     FrameRecord, Frames, Keep, KeepWord, Sequence, SequenceSpec, Viewer, ViewerRule, ViewersSpec,
     frame_column, spread,
 };
+pub use shipped::shipped_configs;
 pub use store::Store;
 pub use suite::{Member, Suite};

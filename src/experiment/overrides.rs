@@ -3,6 +3,7 @@
 use toml::{Table, Value};
 
 use super::ConfigError;
+use crate::suggest::hint;
 
 /// An override with one or more values; more than one makes a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,6 +106,7 @@ pub fn apply(table: &mut Table, key: &str, value: &Value) -> Result<(), ConfigEr
             &["name"]
         };
         let mut touched = false;
+        let mut known: Vec<String> = Vec::new();
         for entry in table
             .get_mut(*list)
             .and_then(Value::as_array_mut)
@@ -114,6 +116,8 @@ pub fn apply(table: &mut Table, key: &str, value: &Value) -> Result<(), ConfigEr
             let Some(entry) = entry.as_table_mut() else {
                 continue;
             };
+            let own = names.iter().filter_map(|k| entry.get(*k)?.as_str());
+            known.extend(own.map(str::to_owned));
             let is = |k: &&str| entry.get(*k).and_then(Value::as_str) == Some(*name);
             if *name == "*" || names.iter().any(is) {
                 set(entry, rest, value).map_err(error)?;
@@ -123,9 +127,10 @@ pub fn apply(table: &mut Table, key: &str, value: &Value) -> Result<(), ConfigEr
         return if touched {
             Ok(())
         } else {
-            Err(error(format!(
-                "no {list} is called `{name}` in this config"
-            )))
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let hint = hint(name, &known);
+            let message = format!("no {list} is called `{name}` in this config{hint}");
+            Err(error(message))
         };
     }
     set(table, &segments, value).map_err(error)

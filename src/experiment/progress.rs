@@ -6,10 +6,14 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::remaining::Remaining;
 use super::{Job, Plan, Row};
 use crate::standard_error::tell;
 
-/// Progress over the estimated rays of all open jobs and their references.
+/// Parts of the live bar.
+const BAR: u64 = 1000;
+
+/// Progress over all open jobs and their references.
 pub struct Progress {
     bar: Option<ProgressBar>,
     quiet: bool,
@@ -22,15 +26,20 @@ pub struct Progress {
 struct State {
     open: usize,
     done_jobs: usize,
-    rays_all: u64,
-    rays_done: u64,
-    /// Rays of finished passes of the reference at work.
-    reference_done: u64,
+    remaining: Remaining,
+    /// When something was done last, which says what the next thing took.
+    told: Option<Instant>,
     last_line: Option<Instant>,
     stages: Vec<(String, f64)>,
 }
 
 impl State {
+    /// Seconds since something was done last.
+    fn since_told(&mut self) -> f64 {
+        let before = self.told.replace(Instant::now());
+        before.map_or(0.0, |at| at.elapsed().as_secs_f64())
+    }
+
     fn spend(&mut self, stage: &str, seconds: f64) {
         match self.stages.iter_mut().find(|(name, _)| name == stage) {
             Some((_, total)) => *total += seconds,
@@ -39,21 +48,12 @@ impl State {
     }
 }
 
-/// Metrics of one pixel take about as long as this many rays; they are most of a small job.
-const RAYS_PER_COMPARED_PIXEL: u64 = 60;
-
-/// What a job costs beside its reference, in rays.
-fn work(job: &Job) -> u64 {
-    let pixels = (job.width * job.height * job.sequence.images()) as u64;
-    job.estimated_rays() + RAYS_PER_COMPARED_PIXEL * pixels
-}
-
 impl Progress {
     pub fn new(plan: &Plan, quiet: bool) -> Self {
         let live = !quiet && std::io::stderr().is_terminal();
         Self {
             bar: live.then(|| {
-                let bar = ProgressBar::new(1);
+                let bar = ProgressBar::new(BAR);
                 let style = ProgressStyle::with_template("{bar:24} {percent:>3}% {msg}");
                 bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
                 bar.enable_steady_tick(Duration::from_millis(500));
@@ -66,24 +66,12 @@ impl Progress {
         }
     }
 
-    /// `open` jobs are to be done, `found` were finished before.
-    pub fn start(&self, open: &[&Job], found: usize) {
-        let mut references: Vec<&str> = Vec::new();
-        let mut rays = 0;
-        for job in open {
-            rays += work(job);
-            if !references.contains(&job.reference.as_str()) {
-                references.push(&job.reference);
-                rays += job.reference_rays();
-            }
-        }
+    /// `open` jobs are to be done, `found` were finished before; `is_stored` says which references are there.
+    pub fn start(&self, open: &[&Job], found: usize, is_stored: impl Fn(&str) -> bool) {
         let mut state = self.lock();
         state.open = open.len();
-        state.rays_all = rays;
+        state.remaining = Remaining::of(open, is_stored);
         drop(state);
-        if let Some(bar) = &self.bar {
-            bar.set_length(rays.max(1));
-        }
         let again = if found > 0 {
             format!(", {found} finished earlier and kept")
         } else {
@@ -94,6 +82,7 @@ impl Progress {
 
     /// A step that has no length of its own.
     pub fn stage(&self, text: &str) {
+        self.lock().told = Some(Instant::now());
         match &self.bar {
             Some(bar) => bar.set_message(text.to_owned()),
             None => self.line(text),
@@ -103,13 +92,8 @@ impl Progress {
     /// `done` of `all` passes of a job's reference are there.
     pub fn reference(&self, job: &Job, done: u32, all: u32) {
         let mut state = self.lock();
-        let per_pass = job.rays_of_reference() / u64::from(all.max(1));
-        if done == 0 {
-            state.reference_done = 0;
-        }
-        let rays = per_pass * u64::from(done);
-        state.rays_done += rays.saturating_sub(state.reference_done);
-        state.reference_done = rays;
+        let seconds = state.since_told();
+        state.remaining.reference(job, (done, all), seconds);
         let quiet_for = state.last_line.map_or(Duration::MAX, |at| at.elapsed());
         let text = format!(
             "{}: reference {done}/{all} {}",
@@ -120,11 +104,11 @@ impl Progress {
         if due {
             state.last_line = Some(Instant::now());
         }
-        let rays = state.rays_done;
+        let position = self.position(&state);
         drop(state);
         match &self.bar {
             Some(bar) => {
-                bar.set_position(rays);
+                bar.set_position(position);
                 bar.set_message(text);
             }
             None if due => self.line(&text),
@@ -137,11 +121,19 @@ impl Progress {
         if all == 1 {
             return;
         }
-        let text = format!("{} {}: frame {done}/{all}", job.scene, job.label);
+        let mut state = self.lock();
+        let seconds = state.since_told();
+        let share = done as f64 / all as f64;
+        // Metrics and files of the whole job are still to come.
+        state.remaining.job(job, share.min(0.99), seconds);
+        let left = self.remaining(&state);
+        let text = format!("{} {}: frame {done}/{all} {left}", job.scene, job.label);
         match &self.bar {
-            Some(bar) => bar.set_message(text),
+            Some(bar) => {
+                bar.set_position(self.position(&state));
+                bar.set_message(text);
+            }
             None => {
-                let mut state = self.lock();
                 let quiet_for = state.last_line.map_or(Duration::MAX, |at| at.elapsed());
                 if quiet_for > Duration::from_secs(10) {
                     state.last_line = Some(Instant::now());
@@ -156,11 +148,8 @@ impl Progress {
     pub fn job(&self, job: &Job, row: &Row) {
         let mut state = self.lock();
         state.done_jobs += 1;
-        if state.reference_done > 0 {
-            state.rays_done += job.reference_rays().saturating_sub(state.reference_done);
-            state.reference_done = 0;
-        }
-        state.rays_done += work(job);
+        let seconds = state.since_told();
+        state.remaining.job(job, 1.0, seconds);
         for (stage, seconds) in &row.seconds {
             state.spend(stage, seconds.as_f64().unwrap_or(0.0));
         }
@@ -179,10 +168,10 @@ impl Progress {
             row.seconds_total,
             self.remaining(&state)
         );
-        let rays = state.rays_done;
+        let position = self.position(&state);
         drop(state);
         if let Some(bar) = &self.bar {
-            bar.set_position(rays);
+            bar.set_position(position);
             bar.println(text);
         } else {
             self.line(&text);
@@ -229,15 +218,19 @@ impl Progress {
     }
 
     fn remaining(&self, state: &State) -> String {
-        if state.rays_done == 0 || state.rays_all <= state.rays_done {
-            return String::new();
-        }
+        let left = state.remaining.seconds().filter(|seconds| *seconds > 0.0);
+        left.map_or_else(String::new, |left| match left.ceil() as u64 {
+            seconds @ 0..=119 => format!("(about {seconds} s left)"),
+            seconds @ 120..=7199 => format!("(about {} min left)", (seconds + 30) / 60),
+            seconds => format!("(about {:.1} h left)", seconds as f64 / 3600.0),
+        })
+    }
+
+    /// How far the live bar is.
+    fn position(&self, state: &State) -> u64 {
         let elapsed = self.started.elapsed().as_secs_f64();
-        let left = elapsed * (state.rays_all - state.rays_done) as f64 / state.rays_done as f64;
-        match left as u64 {
-            seconds @ 0..=89 => format!("(about {seconds} s left)"),
-            seconds => format!("(about {} min left)", seconds.div_ceil(60)),
-        }
+        let left = state.remaining.seconds().unwrap_or(f64::INFINITY);
+        (BAR as f64 * elapsed / (elapsed + left)) as u64
     }
 
     /// Something to know about results, printed at once.

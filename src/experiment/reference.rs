@@ -218,6 +218,7 @@ impl ReferenceStore {
                 stored = Instant::now();
             }
         }
+        progress(reference.samples, wanted);
         Ok(())
     }
 
@@ -227,8 +228,9 @@ impl ReferenceStore {
         if !self.folder.is_dir() {
             return Ok(found);
         }
-        for entry in std::fs::read_dir(&self.folder)? {
-            let path = entry?.path();
+        let at = crate::files::at(&self.folder);
+        for entry in std::fs::read_dir(&self.folder).map_err(at)? {
+            let path = entry.map_err(at)?.path();
             if path.extension().is_some_and(|e| e == "exr")
                 && let Some(key) = path.file_stem()
             {

@@ -16,8 +16,8 @@ use super::{Config, Job, Plan, Row, Store, progress::Progress};
 use crate::memory;
 use crate::technique::CACHES;
 
-/// How often the rows so far are written, at most.
-const ROWS_EVERY: Duration = Duration::from_secs(5);
+/// Rows are written again after a job once so many times what that took has gone by since.
+const ROWS_SHARE: u32 = 20;
 
 /// Where results go and what to do about failures.
 #[derive(Clone, Debug)]
@@ -75,7 +75,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         plan: united,
         provenance,
         scene_notes: Vec::new(),
-        rows_written: Instant::now(),
+        rows_written: None,
         references: ReferenceStore {
             folder: options.references.clone(),
         },
@@ -103,7 +103,9 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
         .filter(|job| !finished.contains(job.id.as_str()))
         .collect();
     runner.outcome.found = seen.len() - open.len();
-    runner.progress.start(&open, runner.outcome.found);
+    let references = &runner.references;
+    let is_stored = |key: &str| references.path(key).is_file();
+    (runner.progress).start(&open, runner.outcome.found, is_stored);
     for jobs in open.chunk_by(|a, b| same_scene(a, b)) {
         runner.scene(jobs, options.fail_fast)?;
         if options.fail_fast && runner.outcome.failed > 0 {
@@ -135,7 +137,8 @@ struct Runner {
     provenance: Provenance,
     /// What was lost of the scene at work.
     scene_notes: Vec<String>,
-    rows_written: Instant,
+    /// When the rows so far were written last, and how long that took.
+    rows_written: Option<(Instant, Duration)>,
     /// Whether a figure asks for the lights of the jobs.
     keeps_lights: bool,
     /// Bytes of the loaded scene and its trees.
@@ -257,7 +260,8 @@ impl Runner {
         Ok(())
     }
 
-    /// Writes a job, counts it, and now and then writes the rows so far.
+    /// Writes a job and counts it. The rows so far are written with it, unless that was done just before: it takes a
+    /// twentieth of the time at most.
     fn keep(
         &mut self,
         job: &Job,
@@ -269,9 +273,11 @@ impl Runner {
         let (store, progress) = (&self.store, &self.progress);
         progress.time("writing", || store.write_job(row, fill))?;
         progress.job(job, row);
-        if self.rows_written.elapsed() > ROWS_EVERY {
+        let is_due = |(at, took): (Instant, Duration)| at.elapsed() >= took * ROWS_SHARE;
+        if self.rows_written.is_none_or(is_due) {
+            let start = Instant::now();
             store.write_rows(&store.rows(&self.plan))?;
-            self.rows_written = Instant::now();
+            self.rows_written = Some((Instant::now(), start.elapsed()));
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::config::{Config, ConfigError, OneOrMore, SceneChoice, Source};
 use super::sequence::Sequence;
 use crate::scene::{SceneDescription, SceneError, View, find_environment, find_scene};
+use crate::suggest::hint;
 
 /// Pixels of the largest image.
 const LARGEST_IMAGE: usize = 1 << 28;
@@ -208,11 +209,10 @@ impl FoundScene<'_> {
         };
         chosen.ok_or_else(|| {
             let known: Vec<&str> = views.iter().map(|v| v.name.as_str()).collect();
-            let known = known.join(", ");
-            self.error(
-                "view",
-                format!("the scene has no such view; it has: {known}"),
-            )
+            let hint = self.choice.view.as_deref().map(|name| hint(name, &known));
+            let (hint, known) = (hint.unwrap_or_default(), known.join(", "));
+            let message = format!("the scene has no such view{hint}; it has: {known}");
+            self.error("view", message)
         })
     }
 

@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{Config, Job, Plan, Row};
+use crate::files::at;
 
 /// `results/<name>/`.
 #[derive(Clone, Debug)]
@@ -16,15 +17,16 @@ pub struct Store {
 impl Store {
     /// Opens or creates the folder and removes what interrupted runs left unfinished.
     pub fn create(folder: &Path) -> io::Result<Self> {
-        fs::create_dir_all(folder.join("jobs"))?;
-        for entry in fs::read_dir(folder.join("jobs"))? {
-            let entry = entry?;
+        let jobs = folder.join("jobs");
+        fs::create_dir_all(&jobs).map_err(at(&jobs))?;
+        for entry in fs::read_dir(&jobs).map_err(at(&jobs))? {
+            let entry = entry.map_err(at(&jobs))?;
             if entry
                 .file_name()
                 .to_string_lossy()
                 .starts_with(".unfinished-")
             {
-                fs::remove_dir_all(entry.path())?;
+                fs::remove_dir_all(entry.path()).map_err(at(&entry.path()))?;
             }
         }
         Ok(Self {
@@ -76,7 +78,7 @@ impl Store {
     /// the job to go on.
     pub fn begin(&self, id: &str) -> io::Result<PathBuf> {
         let begun = self.folder.join("jobs").join(format!(".begun-{id}"));
-        fs::create_dir_all(&begun)?;
+        fs::create_dir_all(&begun).map_err(at(&begun))?;
         Ok(begun)
     }
 
@@ -89,28 +91,31 @@ impl Store {
     ) -> io::Result<()> {
         let mut begun = self.begin(&row.job)?;
         if !row.ok() {
-            fs::remove_dir_all(&begun)?;
+            fs::remove_dir_all(&begun).map_err(at(&begun))?;
             begun = self.begin(&row.job)?;
         }
         fill(&begun)?;
-        fs::write(begun.join("row.json"), serde_json::to_string_pretty(row)?)?;
+        let row_file = begun.join("row.json");
+        fs::write(&row_file, serde_json::to_string_pretty(row)?).map_err(at(&row_file))?;
         self.place(&begun, &row.job)
     }
 
     fn place(&self, folder: &Path, id: &str) -> io::Result<()> {
         let place = self.job_folder(id);
         if place.exists() {
-            fs::remove_dir_all(&place)?;
+            fs::remove_dir_all(&place).map_err(at(&place))?;
         }
-        fs::rename(folder, place)
+        fs::rename(folder, &place).map_err(at(&place))
     }
 
     /// Copies a job of another folder into its place here.
     pub fn adopt(&self, other: &Store, id: &str) -> io::Result<()> {
         self.put(id, |unfinished| {
-            for entry in fs::read_dir(other.job_folder(id))? {
-                let entry = entry?;
-                fs::copy(entry.path(), unfinished.join(entry.file_name()))?;
+            let theirs = other.job_folder(id);
+            for entry in fs::read_dir(&theirs).map_err(at(&theirs))? {
+                let entry = entry.map_err(at(&theirs))?;
+                let file = entry.path();
+                fs::copy(&file, unfinished.join(entry.file_name())).map_err(at(&file))?;
             }
             Ok(())
         })
@@ -120,9 +125,9 @@ impl Store {
     fn put(&self, id: &str, fill: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
         let unfinished = self.folder.join("jobs").join(format!(".unfinished-{id}"));
         if unfinished.exists() {
-            fs::remove_dir_all(&unfinished)?;
+            fs::remove_dir_all(&unfinished).map_err(at(&unfinished))?;
         }
-        fs::create_dir_all(&unfinished)?;
+        fs::create_dir_all(&unfinished).map_err(at(&unfinished))?;
         fill(&unfinished)?;
         self.place(&unfinished, id)
     }
@@ -152,14 +157,18 @@ impl Store {
 
     /// The frozen plan.
     pub fn plan(&self) -> io::Result<Plan> {
-        let text = fs::read_to_string(self.folder.join("plan.json"))?;
-        Ok(serde_json::from_str(&text)?)
+        self.read("plan.json")
     }
 
     /// The config that was run, overrides included.
     pub fn config(&self) -> io::Result<Config> {
-        let text = fs::read_to_string(self.folder.join("config.json"))?;
-        Ok(serde_json::from_str(&text)?)
+        self.read("config.json")
+    }
+
+    fn read<T: serde::de::DeserializeOwned>(&self, name: &str) -> io::Result<T> {
+        let file = self.folder.join(name);
+        let text = fs::read_to_string(&file).map_err(at(&file))?;
+        serde_json::from_str(&text).map_err(|error| at(&file)(error.into()))
     }
 
     /// Writes a file of the folder, whole or not at all.

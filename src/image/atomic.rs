@@ -1,3 +1,5 @@
+//! Image files that are whole or not there.
+
 use super::ImageError;
 use std::fs::File;
 use std::io::BufWriter;

@@ -1,3 +1,5 @@
+//! The sRGB curve, and values as a display takes them.
+
 use super::Image;
 
 /// Decodes an sRGB-coded value to linear light (IEC 61966-2-1).

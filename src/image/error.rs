@@ -1,3 +1,5 @@
+//! Why an image cannot be read or written.
+
 use std::path::{Path, PathBuf};
 
 /// Why an image could not be read or written; every text names the file.

@@ -1,3 +1,5 @@
+//! Layers of OpenEXR files.
+
 use super::error::MAX_PIXELS;
 use super::exr_write::ATTRIBUTE;
 use super::guard::{decoded, holds};

@@ -1,3 +1,5 @@
+//! Layers and attributes as OpenEXR files.
+
 use super::{Attributes, ImageError, Layer, Samples, write_atomically};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{

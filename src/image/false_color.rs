@@ -1,3 +1,5 @@
+//! Numbers as colours.
+
 use super::{Image, Plane};
 
 /// A perceptual colour scale: its lightness rises steadily from one end to the other.

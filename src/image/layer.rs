@@ -1,3 +1,5 @@
+//! Named layers of an image file.
+
 use super::Image;
 
 /// One value per pixel, row-major, the top left pixel first.

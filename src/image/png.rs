@@ -1,3 +1,5 @@
+//! Images as PNG files, after exposure or as they are coded.
+
 use super::{Image, ImageError, clamp_unit, to_display, write_atomically};
 use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;

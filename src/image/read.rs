@@ -1,3 +1,5 @@
+//! Images of any format that is read, linear or as coded.
+
 use super::error::MAX_PIXELS;
 use super::guard::{decoded, holds, is_cut_jpeg};
 use super::hdr_header::HdrHeader;

@@ -1,3 +1,5 @@
+//! Images at other sizes.
+
 use super::Image;
 
 impl Image {

@@ -1,3 +1,5 @@
+//! Values that no image may hold, made harmless and counted.
+
 use super::Image;
 
 /// Stands in for +Inf in a channel without any positive finite value: the largest half-float.

@@ -1,3 +1,5 @@
+//! Tone curves by name.
+
 use super::luminance;
 use std::fmt;
 use std::str::FromStr;

@@ -1,3 +1,5 @@
+//! All metrics of two images, and maps of where they differ.
+
 use super::error::check_sizes;
 use super::{
     DEFAULT_PIXELS_PER_DEGREE, ExposureRange, Flip, MetricError, absolute_error, ms_ssim,

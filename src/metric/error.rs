@@ -1,3 +1,5 @@
+//! Why two images cannot be compared.
+
 use crate::image::{Image, ImageError};
 
 /// Why two images cannot be compared.

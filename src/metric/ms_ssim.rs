@@ -1,3 +1,5 @@
+//! Structural similarity over several scales (Wang et al. 2003).
+
 use super::ssim::{ChannelPair, WINDOW, window_means};
 
 /// The exponents of the five scales, finest first (Wang et al. 2003), used as published although

@@ -1,3 +1,5 @@
+//! Errors of pixels: RMSE, relative errors, PSNR.
+
 use super::convolve::strips;
 use crate::image::Image;
 use rayon::prelude::*;

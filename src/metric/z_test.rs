@@ -1,3 +1,5 @@
+//! Whether an unbiased image differs from its expectation by more than its variance explains.
+
 use super::MetricError;
 use super::error::check_sizes;
 use crate::image::Image;

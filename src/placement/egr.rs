@@ -17,7 +17,7 @@
 //!
 //! Importance caching interpolates no values: there the records' totals take the place of predictions. Its noise is
 //! then within the intervals of discontinuity-guided sampling, its FLIP mostly a little above
-//! (`configs/own/importance.toml`): no reason to use it there.
+//! (`configs/ours/importance.toml`): no reason to use it there.
 
 use rayon::prelude::*;
 

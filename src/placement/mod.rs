@@ -9,6 +9,8 @@ pub mod dgs;
 mod disagreement;
 mod discontinuity;
 pub mod egr;
+#[cfg(test)]
+mod example;
 mod growth;
 mod hierarchy;
 pub mod im;

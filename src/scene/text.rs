@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::SceneError;
+pub(super) use crate::suggest::{advice, nearest};
 
 /// The text of a file in UTF-8, with or without a byte order mark, or else in Latin-1, which has a character for every
 /// byte. Carriage returns end lines alone as well.
@@ -119,41 +120,6 @@ pub(super) fn file_error(file: &Path, message: impl Into<String>) -> SceneError 
     }
 }
 
-/// The known word closest to `word`, if any is close enough to be a slip of the finger.
-pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
-    let lower = word.to_lowercase();
-    known
-        .iter()
-        .map(|&k| (edit_distance(&lower, &k.to_lowercase()), k))
-        .filter(|&(distance, k)| distance <= 1 + k.len().max(word.len()) / 3)
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, k)| k)
-}
-
-/// `did you mean ...?` or the list of what is known.
-pub(super) fn advice(word: &str, known: &[&str]) -> String {
-    match nearest(word, known) {
-        Some(k) => format!("did you mean `{k}`? Known: {}", known.join(", ")),
-        None => format!("known: {}", known.join(", ")),
-    }
-}
-
-/// Levenshtein distance in characters.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,15 +157,5 @@ mod tests {
         assert_eq!(line_column(text, 6), (2, 3));
         assert_eq!(line_column(text, 5), (2, 2), "inside a character");
         assert_eq!(line_column(text, 99), (3, 1));
-    }
-
-    #[test]
-    fn the_nearest_word_is_a_plausible_slip() {
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
-        assert_eq!(
-            nearest("reflectence", &["reflectance", "alpha"]),
-            Some("reflectance")
-        );
-        assert_eq!(nearest("xyzzy", &["reflectance", "alpha"]), None);
     }
 }

@@ -10,6 +10,7 @@ use crate::entry::{About, ParameterError, check_keys};
 use crate::placement::{
     FIRST_STAGES, FirstStage, REFINEMENTS, Refinement, first_stage, refinement,
 };
+use crate::suggest::advice;
 
 /// The parameter that names the rule of interpolation.
 const KEY: &str = "interpolation";
@@ -35,8 +36,8 @@ impl Distribution {
             None => (id, None),
         };
         let unknown = |(key, kind): (&str, &str), name: &str, known: Vec<&str>| {
-            let known = known.join(", ");
-            ParameterError::new(key, format!("no {kind} is called `{name}`; known: {known}"))
+            let advice = advice(name, &known);
+            ParameterError::new(key, format!("no {kind} is called `{name}`; {advice}"))
         };
         let first = first_stage(first_id).ok_or_else(|| {
             let known = FIRST_STAGES.iter().map(|e| e.about.id).collect();

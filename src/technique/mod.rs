@@ -10,6 +10,10 @@ mod contender;
 pub mod direct_lighting;
 mod distribution;
 pub mod environment_lighting;
+#[cfg(test)]
+mod example_contender;
+#[cfg(test)]
+mod example_technique;
 pub mod importance_caching;
 pub mod irradiance_caching;
 mod light_cones;

@@ -8,6 +8,7 @@ use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
 use crate::shade::Depths;
+use crate::suggest::advice;
 use crate::trace::{Caster, Ray};
 
 /// Keys the random numbers of the reference's paths.
@@ -121,8 +122,7 @@ impl Technique for Truth {
             Some(entry) => entry.started(self, parameters, terms),
             None => {
                 let known: Vec<&str> = self.contenders.iter().map(|e| e.about.id).collect();
-                let known = known.join(", ");
-                let message = format!("no contender is called `{id}`; known: {known}");
+                let message = format!("no contender is called `{id}`; {}", advice(id, &known));
                 Err(ParameterError::new("id", message))
             }
         }

@@ -187,7 +187,7 @@ fn wrong_sequences_are_refused_with_their_place_before_anything_is_written() {
         (
             with("path = \"walk\"", "path = \"wolk\""),
             "moving.toml:8:1:",
-            "no path `wolk`: it has: walk",
+            "no path `wolk`; did you mean `walk`? it has: walk",
         ),
         (
             with(

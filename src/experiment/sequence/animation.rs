@@ -63,7 +63,8 @@ impl Animation {
             let own: Vec<&Thumbnail> = own.collect();
             if own.len() > 1 {
                 let path = folder.join(format!("animation-{viewer}.png"));
-                self.encode(&path, &own).map_err(io::Error::other)?;
+                let failed = |error| crate::files::at(&path)(io::Error::other(error));
+                self.encode(&path, &own).map_err(failed)?;
             }
         }
         Ok(())

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Sequence, Viewer};
 use crate::scene::SceneDescription;
 use crate::scene::path::CameraPath;
+use crate::suggest::hint;
 
 /// Most frames of a sequence.
 const MOST_FRAMES: usize = 100_000;
@@ -216,11 +217,15 @@ fn find<'a>(
     let found = scene.paths.iter().find(|path| path.name == name);
     found.ok_or_else(|| {
         let known: Vec<&str> = scene.paths.iter().map(|path| path.name.as_str()).collect();
+        let hint = match hint(name, &known) {
+            none if none.is_empty() => ":".to_owned(),
+            hint => hint,
+        };
         let known = match known.is_empty() {
             true => "the scene has none; a config may add one as [[path]]".to_owned(),
             false => format!("it has: {}", known.join(", ")),
         };
-        let why = format!("scene `{}` has no path `{name}`: {known}", scene.name);
+        let why = format!("scene `{}` has no path `{name}`{hint} {known}", scene.name);
         (key, why)
     })
 }

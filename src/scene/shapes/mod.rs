@@ -124,7 +124,11 @@ fn find(generator: &str) -> Result<&'static Generator, String> {
     let found = GENERATORS.iter().find(|g| g.name == generator);
     found.ok_or_else(|| {
         format!(
-            "no shape generator is called `{generator}`; known are {}",
+            "no shape generator is called `{generator}`{}; known are {}",
+            crate::suggest::hint(
+                generator,
+                &GENERATORS.iter().map(|g| g.name).collect::<Vec<_>>()
+            ),
             names(GENERATORS.iter().map(|g| g.name))
         )
     })

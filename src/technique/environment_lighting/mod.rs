@@ -25,6 +25,7 @@ use crate::environment::{
     ENVIRONMENT_SAMPLERS, EnvironmentSampler, SamplerEntry, environment_sampler,
 };
 use crate::scene::{Needs, Scene, SceneDescription};
+use crate::suggest::advice;
 use crate::trace::Caster;
 use illumination::Illumination;
 use multiple::{MultipleImportance, Samples};
@@ -229,11 +230,11 @@ impl Technique for EnvironmentLighting {
             let known: Vec<&str> = samplers
                 .chain(variants.iter().map(|v| v.about.id))
                 .collect();
-            let known = known.join(", ");
-            ParameterError::new(
-                "id",
-                format!("no sampler of environment maps is called `{id}`; known: {known}"),
-            )
+            let message = format!(
+                "no sampler of environment maps is called `{id}`; {}",
+                advice(id, &known)
+            );
+            ParameterError::new("id", message)
         })?;
         Ok(Started {
             id: entry.about.id.to_owned(),

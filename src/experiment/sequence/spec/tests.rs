@@ -106,7 +106,7 @@ fn what_is_wrong_is_named() {
         ("frames = 3\nkeep = [7]", "frame 7 is not rendered"),
         (
             "frames = 3\npath = \"wolk\"",
-            "no path `wolk`: it has: walk, pair",
+            "no path `wolk`; did you mean `walk`? it has: walk, pair",
         ),
         ("frames = 3\nviewers = []", "at least one path"),
         (

@@ -1,0 +1,253 @@
+//! How long a run will still take, by what its parts took so far.
+//!
+//! Work is counted in rays, but a ray of a path, of a record and of a reference cost differently in each scene. So seconds
+//! are kept apart by reference or job, scene and method, and what is open is charged with the seconds per ray of what is
+//! most like it: the same method in the same scene, the same method, the same scene, or what there is.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::Job;
+
+/// Metrics of one pixel take about as long as this many rays; they are most of a small job.
+const RAYS_PER_COMPARED_PIXEL: u64 = 60;
+
+/// What a job costs beside its reference, in rays.
+fn work(job: &Job) -> f64 {
+    let pixels = (job.width * job.height * job.sequence.images()) as u64;
+    (job.estimated_rays() + RAYS_PER_COMPARED_PIXEL * pixels) as f64
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum Kind {
+    Reference,
+    Job,
+}
+
+/// What costs about the same: kind, scene, and label of the method.
+type Like = (Kind, String, String);
+
+fn like_job(job: &Job) -> Like {
+    (Kind::Job, job.scene.clone(), job.label.clone())
+}
+
+fn like_reference(job: &Job) -> Like {
+    (Kind::Reference, job.scene.clone(), String::new())
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Spent {
+    /// Work that was timed.
+    timed: f64,
+    seconds: f64,
+}
+
+impl Spent {
+    fn add(&mut self, other: Self) {
+        self.timed += other.timed;
+        self.seconds += other.seconds;
+    }
+
+    fn rate(&self) -> Option<f64> {
+        (self.timed > 0.0).then(|| self.seconds / self.timed)
+    }
+}
+
+/// A reference, or all of a sequence.
+#[derive(Clone, Copy, Debug)]
+struct Made {
+    work: f64,
+    images: f64,
+    /// Images that are complete, and the share of the one at work.
+    complete: f64,
+    within: Option<f64>,
+}
+
+impl Made {
+    fn share(&self) -> f64 {
+        ((self.complete + self.within.unwrap_or(0.0)) / self.images).min(1.0)
+    }
+}
+
+/// See the module.
+#[derive(Debug, Default)]
+pub(super) struct Remaining {
+    /// Work that is open.
+    open: BTreeMap<Like, f64>,
+    spent: BTreeMap<Like, Spent>,
+    references: HashMap<String, Made>,
+    /// The job at work, and its share that is done.
+    at_work: Option<(String, f64)>,
+}
+
+impl Remaining {
+    /// Of jobs that are all open; `is_stored` says of which keys the references are there.
+    pub fn of(open: &[&Job], is_stored: impl Fn(&str) -> bool) -> Self {
+        let mut remaining = Self::default();
+        for job in open {
+            *remaining.open.entry(like_job(job)).or_default() += work(job);
+            if remaining.references.contains_key(&job.reference) {
+                continue;
+            }
+            let images = job.sequence.measured().count() * job.sequence.viewers.len();
+            let made = Made {
+                work: job.reference_rays() as f64,
+                images: images.max(1) as f64,
+                complete: match is_stored(&job.reference) {
+                    true => images.max(1) as f64,
+                    false => 0.0,
+                },
+                within: None,
+            };
+            let left = made.work * (1.0 - made.share());
+            *remaining.open.entry(like_reference(job)).or_default() += left;
+            remaining.references.insert(job.reference.clone(), made);
+        }
+        remaining
+    }
+
+    /// `done` of `all` passes of an image of a job's reference are there, `seconds` after whatever was told last.
+    pub fn reference(&mut self, job: &Job, (done, all): (u32, u32), seconds: f64) {
+        let Some(made) = self.references.get_mut(&job.reference) else {
+            return;
+        };
+        let before = *made;
+        // Of an image that begins, nothing was timed yet: it may have been taken up half-way.
+        let is_timed = before.within.is_some();
+        made.within = Some(f64::from(done) / f64::from(all.max(1)));
+        if done >= all {
+            made.complete = (made.complete + 1.0).min(made.images);
+            made.within = None;
+        }
+        let gained = made.work * (made.share() - before.share());
+        let like = like_reference(job);
+        self.close(&like, gained);
+        if is_timed {
+            self.spend(like, gained, seconds);
+        }
+    }
+
+    /// `share` of a job is done, `seconds` after whatever was told last.
+    pub fn job(&mut self, job: &Job, share: f64, seconds: f64) {
+        let before = match &self.at_work {
+            Some((id, share)) if *id == job.id => *share,
+            _ => 0.0,
+        };
+        let gained = work(job) * (share - before).max(0.0);
+        self.at_work = Some((job.id.clone(), share));
+        let like = like_job(job);
+        self.close(&like, gained);
+        self.spend(like, gained, seconds);
+        if share >= 1.0
+            && let Some(made) = self.references.get_mut(&job.reference)
+        {
+            // Whatever it was measured against is there now.
+            let left = made.work * (1.0 - made.share());
+            (made.complete, made.within) = (made.images, None);
+            self.close(&like_reference(job), left);
+        }
+    }
+
+    fn close(&mut self, like: &Like, work: f64) {
+        if let Some(open) = self.open.get_mut(like) {
+            *open = (*open - work).max(0.0);
+        }
+    }
+
+    fn spend(&mut self, like: Like, timed: f64, seconds: f64) {
+        if timed > 0.0 {
+            let spent = self.spent.entry(like).or_default();
+            spent.add(Spent { timed, seconds });
+        }
+    }
+
+    /// Seconds until all is done; `None` while nothing tells.
+    pub fn seconds(&self) -> Option<f64> {
+        let mut by_method: HashMap<(Kind, &str), Spent> = HashMap::new();
+        let mut by_scene: HashMap<(Kind, &str), Spent> = HashMap::new();
+        let mut by_kind: HashMap<Kind, Spent> = HashMap::new();
+        let mut all = Spent::default();
+        for ((kind, scene, label), spent) in &self.spent {
+            by_method.entry((*kind, label)).or_default().add(*spent);
+            by_scene.entry((*kind, scene)).or_default().add(*spent);
+            by_kind.entry(*kind).or_default().add(*spent);
+            all.add(*spent);
+        }
+        let rate = |like: &Like| {
+            let (kind, scene, label) = like;
+            let alike = [
+                self.spent.get(like),
+                by_method.get(&(*kind, label)),
+                by_scene.get(&(*kind, scene)),
+                by_kind.get(kind),
+            ];
+            let known = alike.into_iter().flatten().find_map(Spent::rate);
+            known.or_else(|| all.rate())
+        };
+        self.open
+            .iter()
+            .filter(|(_, open)| **open > 0.0)
+            .map(|(like, open)| Some(open * rate(like)?))
+            .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::{Source, plan};
+
+    fn jobs() -> Vec<Job> {
+        let text = "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\nrepeats = 3\n\
+                    [[scene]]\nname = 'statues'\n[[scene]]\nname = 'atrium'\n\
+                    [[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+DGS'\n";
+        let source = Source {
+            text: text.into(),
+            ..Source::default()
+        };
+        plan(&source, &[]).expect("a plan").1.jobs
+    }
+
+    /// Whether a guess is within a factor of two of what it takes.
+    fn is_near(guess: f64, true_seconds: f64) -> bool {
+        guess <= 2.0 * true_seconds && guess >= 0.5 * true_seconds
+    }
+
+    #[test]
+    fn after_a_tenth_it_is_right_within_a_factor_of_two() {
+        // A scene takes 20 s of reference and 4 s a job, the other a half of both; the second method 1.5 times as long.
+        let jobs = jobs();
+        let open: Vec<&Job> = jobs.iter().collect();
+        let pace = |job: &Job| if job.scene == "statues" { 1.0 } else { 0.5 };
+        let took = |job: &Job| pace(job) * if job.label == "IM" { 4.0 } else { 6.0 };
+        let references = 20.0 + 10.0;
+        let total = references + jobs.iter().map(took).sum::<f64>();
+        for stored in [false, true] {
+            let mut remaining = Remaining::of(&open, |_| stored);
+            let mut left = total - if stored { references } else { 0.0 };
+            let whole = left;
+            let mut known: Option<&str> = None;
+            let check = |remaining: &Remaining, left: f64| {
+                if left < 0.9 * whole && left > 0.0 {
+                    let guess = remaining.seconds().expect("something was timed");
+                    assert!(is_near(guess, left), "{guess} for {left}, {stored}");
+                }
+            };
+            for job in &open {
+                if known != Some(&job.reference) && !stored {
+                    remaining.reference(job, (0, 4), 1.0);
+                    for pass in 1..=4 {
+                        let seconds = 5.0 * pace(job);
+                        remaining.reference(job, (pass, 4), seconds);
+                        left -= seconds;
+                        check(&remaining, left);
+                    }
+                }
+                known = Some(&job.reference);
+                remaining.job(job, 1.0, took(job));
+                left -= took(job);
+                check(&remaining, left);
+            }
+            assert_eq!(remaining.seconds(), Some(0.0), "nothing is left");
+        }
+    }
+}
