@@ -4,19 +4,27 @@ use std::collections::HashSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::lock::OwnFolder;
 use super::{Config, Job, Plan, Row};
 
 /// `results/<name>/`.
 #[derive(Clone, Debug)]
 pub struct Store {
     pub folder: PathBuf,
+    /// Keeps other programs from writing into the folder while this one does.
+    own: Option<Arc<OwnFolder>>,
 }
 
 impl Store {
-    /// Opens or creates the folder and removes what interrupted runs left unfinished.
+    /// Opens or creates the folder for writing and removes what interrupted runs left unfinished.
+    ///
+    /// # Errors
+    /// The folder cannot be made, or another program writes into it.
     pub fn create(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder.join("jobs"))?;
+        let own = OwnFolder::take(folder)?;
         for entry in fs::read_dir(folder.join("jobs"))? {
             let entry = entry?;
             if entry
@@ -29,7 +37,16 @@ impl Store {
         }
         Ok(Self {
             folder: folder.to_owned(),
+            own: Some(Arc::new(own)),
         })
+    }
+
+    /// A folder that may be there, for reading.
+    pub fn at(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            own: None,
+        }
     }
 
     /// An existing folder, for reading.
@@ -43,9 +60,7 @@ impl Store {
                 ),
             ));
         }
-        Ok(Self {
-            folder: folder.to_owned(),
-        })
+        Ok(Self::at(folder))
     }
 
     pub fn job_folder(&self, id: &str) -> PathBuf {

@@ -6,6 +6,8 @@ pub enum ColourSource {
     Constant([f32; 3]),
     /// Index into the scene's textures.
     Texture(usize),
+    /// The colours of the vertices, interpolated; grey 0.5 where a mesh has none.
+    Vertices,
 }
 
 /// A surface material.

@@ -43,6 +43,15 @@ pub struct Interaction<'a> {
     local_view: Vec3,
 }
 
+/// Where on a triangle colours are looked up.
+struct Place {
+    uv: Vec2,
+    /// Vertices of the triangle.
+    corners: [usize; 3],
+    /// Barycentric, of the corners.
+    weights: [f32; 3],
+}
+
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
@@ -109,28 +118,37 @@ impl<'a> Surfaces<'a> {
             uv,
             shape,
             triangle: hit.triangle,
-            bsdf: material.map_or_else(grey, |m| self.resolve(m, index, uv)),
+            bsdf: material.map_or_else(grey, |m| {
+                self.resolve(m, index, &Place { uv, corners, weights })
+            }),
             frame,
             view,
             local_view: frame.to_local(view),
         }
     }
 
-    fn colour(&self, source: ColourSource, uv: Vec2) -> Vec3 {
+    fn colour(&self, source: ColourSource, place: &Place) -> Vec3 {
         match source {
             ColourSource::Constant(rgb) => rgb.into(),
             ColourSource::Texture(index) => self
                 .scene
                 .textures
                 .get(index)
-                .map_or(Vec3::splat(0.5), |t| t.lookup(uv).into()),
+                .map_or(Vec3::splat(0.5), |t| t.lookup(place.uv).into()),
+            ColourSource::Vertices => {
+                let corner = |k: usize| {
+                    let colour = self.scene.colours.get(place.corners[k]);
+                    place.weights[k] * colour.map_or(Vec3::splat(0.5), |c| Vec3::from(*c))
+                };
+                (0..3).map(corner).sum()
+            }
         }
     }
 
-    fn resolve(&self, material: &Material, index: usize, uv: Vec2) -> LocalBsdf<'_> {
+    fn resolve(&self, material: &Material, index: usize, place: &Place) -> LocalBsdf<'_> {
         let model = match &material.bsdf {
             Bsdf::Diffuse { reflectance } => Model::Diffuse(Diffuse {
-                reflectance: self.colour(*reflectance, uv),
+                reflectance: self.colour(*reflectance, place),
             }),
             Bsdf::Plastic {
                 diffuse,
@@ -139,7 +157,7 @@ impl<'a> Surfaces<'a> {
                 ..
             } => Model::Plastic(Plastic {
                 coating: &self.coatings[self.coating_of[index]],
-                diffuse: self.colour(*diffuse, uv),
+                diffuse: self.colour(*diffuse, place),
                 specular: (*specular).into(),
                 nonlinear: *nonlinear,
             }),
@@ -153,7 +171,7 @@ impl<'a> Surfaces<'a> {
                 let metal = Conductor {
                     eta: (*eta).into(),
                     k: (*k).into(),
-                    specular: self.colour(*specular, uv),
+                    specular: self.colour(*specular, place),
                 };
                 if *alpha > 0.0 {
                     Model::RoughConductor(metal, Microfacets::new(*distribution, *alpha))
@@ -174,7 +192,7 @@ impl<'a> Surfaces<'a> {
             }),
         };
         let opacity = material.opacity.map_or(1.0, |source| {
-            luminance(self.colour(source, uv).into()).clamp(0.0, 1.0)
+            luminance(self.colour(source, place).into()).clamp(0.0, 1.0)
         });
         LocalBsdf {
             model,

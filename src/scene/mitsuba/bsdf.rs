@@ -183,6 +183,9 @@ impl<'a> Importer<'a> {
                     inner.bump = Some((index, scale * factor))
                 }
                 (ColourSource::Constant(_), _) => self.note("a constant bump map is dropped"),
+                (ColourSource::Vertices, _) => {
+                    return Err(texture.error("colours of vertices are no bump map"));
+                }
             }
         }
         Ok(inner)
