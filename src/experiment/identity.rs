@@ -122,8 +122,12 @@ fn material(material: &Material) -> Value {
         two_sided,
         opacity,
         bump,
+        normals,
     } = material;
-    json!([bsdf, two_sided, opacity, bump])
+    match normals {
+        None => json!([bsdf, two_sided, opacity, bump]),
+        Some(normals) => json!([bsdf, two_sided, opacity, bump, normals]),
+    }
 }
 
 fn texture(texture: &TextureDescription) -> Value {

@@ -14,7 +14,7 @@ use super::{Config, Job, Plan, Row};
 pub struct Store {
     pub folder: PathBuf,
     /// Keeps other programs from writing into the folder while this one does.
-    own: Option<Arc<OwnFolder>>,
+    _own: Option<Arc<OwnFolder>>,
 }
 
 impl Store {
@@ -37,7 +37,7 @@ impl Store {
         }
         Ok(Self {
             folder: folder.to_owned(),
-            own: Some(Arc::new(own)),
+            _own: Some(Arc::new(own)),
         })
     }
 
@@ -45,7 +45,7 @@ impl Store {
     pub fn at(folder: &Path) -> Self {
         Self {
             folder: folder.to_owned(),
-            own: None,
+            _own: None,
         }
     }
 

@@ -535,7 +535,8 @@ impl Material {
             ColourSource::Constant(_) | ColourSource::Vertices => None,
         };
         let textures = self.colours().filter_map(index);
-        textures.chain(self.bump.map(|(i, _)| i)).collect()
+        let bump = self.bump.map(|(i, _)| i);
+        textures.chain(bump).chain(self.normals).collect()
     }
 
     /// Whether it takes the colours of vertices.

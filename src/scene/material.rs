@@ -21,6 +21,8 @@ pub struct Material {
     pub opacity: Option<ColourSource>,
     /// Bump map: texture index and displacement scale in scene units per texture value.
     pub bump: Option<(usize, f32)>,
+    /// Normal map: texture whose colours, doubled and less 1, are normals along u, across it and out of the surface.
+    pub normals: Option<usize>,
 }
 
 /// How the normals of microfacets spread (Walter et al. 2007).
@@ -76,6 +78,7 @@ impl Material {
             two_sided: true,
             opacity: None,
             bump: None,
+            normals: None,
         }
     }
     /// Whether light can pass or be mirrored without being scattered, so that what the camera sees

@@ -135,6 +135,7 @@ fn convert(mesh: &tobj::Mesh) -> Mesh {
             .chunks_exact(2)
             .map(|t| Vec2::new(t[0] as f32, t[1] as f32))
             .collect(),
+        colours: Vec::new(),
         triangles: mesh
             .indices
             .chunks_exact(3)

@@ -109,6 +109,10 @@ impl<'a> Surfaces<'a> {
                 normal = -normal;
             }
         }
+        if let Some(texture) = material.and_then(|m| m.normals) {
+            let [along, _] = uv_tangents([e1, e2], corner_uvs, shading_normal);
+            normal = self.mapped_normal(texture, uv, [along, shading_normal]);
+        }
         let frame = Frame::from_normal(normal);
         let view = -direction;
         Interaction {
@@ -199,6 +203,20 @@ impl<'a> Surfaces<'a> {
             two_sided: material.two_sided,
             opacity,
         }
+    }
+
+    /// The normal that a texture holds, about a shading normal with u along a tangent.
+    fn mapped_normal(&self, texture: usize, uv: Vec2, [along, normal]: [Vec3; 2]) -> Vec3 {
+        let Some(texture) = self.scene.textures.get(texture) else {
+            return normal;
+        };
+        let [x, y, z] = texture.lookup(uv).map(|value| 2.0 * value - 1.0);
+        let tangent = along.reject_from_normalized(normal).try_normalize();
+        let Some(tangent) = tangent else {
+            return normal;
+        };
+        let mapped = tangent * x + normal.cross(tangent) * y + normal * z;
+        mapped.try_normalize().unwrap_or(normal)
     }
 
     /// Derivatives of a texture's luminance by u and v, by differences of a tenth of a texel.
