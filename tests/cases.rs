@@ -11,7 +11,13 @@ fn case(name: &str) -> PathBuf {
 
 fn path_traced(scene: &Path, out: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_lightbench"))
-        .args(["render", "--technique", "path-tracing", "--method", "reference"])
+        .args([
+            "render",
+            "--technique",
+            "path-tracing",
+            "--method",
+            "reference",
+        ])
         .args(["--spp", "64", "--out"])
         .arg(out)
         .arg(scene)

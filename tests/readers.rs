@@ -20,11 +20,17 @@ fn seeds(format: &str) -> Vec<Vec<u8>> {
     };
     let text = |text: &str| text.as_bytes().to_vec();
     match format {
-        "config" => vec![file("configs/stability.toml"), file("configs/own/environment.toml")],
+        "config" => vec![
+            file("configs/stability.toml"),
+            file("configs/own/environment.toml"),
+        ],
         "override" => ["caches=10..40..10", "size=[4,2]", "scale=1/4", "a.b=1,2,x"]
             .map(text)
             .to_vec(),
-        "scene-toml" => vec![file("scenes/hard-cases/scene.toml"), file("scenes/table/scene.toml")],
+        "scene-toml" => vec![
+            file("scenes/hard-cases/scene.toml"),
+            file("scenes/table/scene.toml"),
+        ],
         "mitsuba" => vec![
             file("tests/foreign/room.xml"),
             file("tests/foreign/metals.xml"),
@@ -47,7 +53,11 @@ fn seeds(format: &str) -> Vec<Vec<u8>> {
         ]),
         "image" => {
             let mut all = pictures(&[image::ImageFormat::Png, image::ImageFormat::Jpeg]);
-            all.extend([file("configs/hard-maps/one-row.exr"), file("configs/hard-maps/negative.exr"), radiance()]);
+            all.extend([
+                file("configs/hard-maps/one-row.exr"),
+                file("configs/hard-maps/negative.exr"),
+                radiance(),
+            ]);
             all
         }
         other => panic!("`{other}` has no seeds: add some"),
@@ -119,8 +129,22 @@ enum Damage {
 
 fn damage() -> impl Strategy<Value = Damage> {
     let words = [
-        "-1", "0", "1e999", "nan", "4294967295", "99999999999999999999", "\"", "<", "/", "[[", "$a",
-        "..", "\0", "\n", "property list", "usemtl x\n",
+        "-1",
+        "0",
+        "1e999",
+        "nan",
+        "4294967295",
+        "99999999999999999999",
+        "\"",
+        "<",
+        "/",
+        "[[",
+        "$a",
+        "..",
+        "\0",
+        "\n",
+        "property list",
+        "usemtl x\n",
     ];
     let at = || 0.0..1.0;
     prop_oneof![

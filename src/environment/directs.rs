@@ -104,7 +104,8 @@ fn relax(cells: &mut Cells, items: &[Item], still: f64) -> usize {
         let mut moved: Vec<(usize, DVec3)> = Vec::new();
         for cell in (0..empty.len()).filter(|&cell| empty[cell]) {
             let free = open.iter().map(|&item| items[item].direction);
-            let mut free = free.filter(|d| moved.iter().all(|(_, taken)| !cells.reaches(*taken, *d)));
+            let mut free =
+                free.filter(|d| moved.iter().all(|(_, taken)| !cells.reaches(*taken, *d)));
             match free.next() {
                 Some(direction) => moved.push((cell, direction)),
                 None => break,

@@ -186,10 +186,16 @@ fn lamps_far_apart_keep_the_lights_of_the_decomposition() {
         let set = decomposition.lights(&map, count, 1);
         let luminance = |light: &&Light| light.power.iter().sum::<f64>();
         let direct = set.lights.iter().filter(|l| l.kind == LightKind::Direct);
-        let (found, power) = (direct.clone().count(), direct.map(|l| luminance(&l)).sum::<f64>());
+        let (found, power) = (
+            direct.clone().count(),
+            direct.map(|l| luminance(&l)).sum::<f64>(),
+        );
         let share = power / set.lights.iter().map(|l| luminance(&l)).sum::<f64>();
         assert!(set.notes.is_empty(), "{count}: {:?}", set.notes);
-        assert!(2 * found > count && share > least, "{count}: {found}, {share}");
+        assert!(
+            2 * found > count && share > least,
+            "{count}: {found}, {share}"
+        );
     }
 }
 

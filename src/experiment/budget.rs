@@ -90,9 +90,9 @@ impl Budget {
         let (key, amount, most) = (self.unit.key, self.amount, self.unit.most);
         match amount > 0.0 && amount <= most {
             true => Ok(()),
-            false if self.unit.is_timed || amount > most => Err(format!(
-                "{key}: expected a number above 0 and up to {most}"
-            )),
+            false if self.unit.is_timed || amount > most => {
+                Err(format!("{key}: expected a number above 0 and up to {most}"))
+            }
             false => Err(format!(
                 "no number of {key}: set `{key}` for the experiment or the scene"
             )),

@@ -126,10 +126,16 @@ mod tests {
     #[test]
     fn numbers_that_are_not_finite_are_refused_with_their_place() {
         for (text, expected) in [
-            ("a = 1\nb = inf", "c.toml:2:5: b: expected finite numbers, found inf"),
+            (
+                "a = 1\nb = inf",
+                "c.toml:2:5: b: expected finite numbers, found inf",
+            ),
             ("parameters = { distance = -inf }", "distance"),
             ("[[scene]]\n[[scene]]\nao_distance = nan", "c.toml:3:"),
-            ("[sweep]\n\"parameters.distance\" = [1.0, inf]", "parameters.distance"),
+            (
+                "[sweep]\n\"parameters.distance\" = [1.0, inf]",
+                "parameters.distance",
+            ),
             ("[sequence]\nfps = +inf", "fps"),
         ] {
             let source = Source {

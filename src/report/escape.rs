@@ -102,7 +102,10 @@ mod tests {
         assert_ne!(file_name("a b"), file_name("a/b"));
         assert!(file_name("...").starts_with('-') && file_name("").starts_with('-'));
         assert_eq!(link("figures/a+b c.png"), "figures/a%2Bb%20c.png");
-        assert_eq!(xml_text("bell \u{7}\u{ffff}\n<"), "bell \u{fffd}\u{fffd}\n<");
+        assert_eq!(
+            xml_text("bell \u{7}\u{ffff}\n<"),
+            "bell \u{fffd}\u{fffd}\n<"
+        );
         assert_eq!(shell("scale=1/4"), "scale=1/4");
         assert_eq!(shell("it's"), "'it'\\''s'");
     }

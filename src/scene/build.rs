@@ -238,12 +238,19 @@ impl Scene {
         let any = |has: fn(&WorldShape) -> bool| shapes.iter().flatten().any(has);
         let with_normals = needs.normals && any(|s| !s.mesh.normals.is_empty());
         let any_uvs = any(|s| !s.mesh.uvs.is_empty());
-        let with_colours = needs.materials && description.materials.iter().any(Material::has_vertex_colours);
+        let with_colours = needs.materials
+            && description
+                .materials
+                .iter()
+                .any(Material::has_vertex_colours);
         for (index, shape) in shapes.into_iter().enumerate() {
             let first_triangle = self.triangles.len() as u32;
             let declared = &description.shapes[index];
             if let Some(world) = shape {
-                self.append(world, [with_normals, any_uvs && needs.materials, with_colours]);
+                self.append(
+                    world,
+                    [with_normals, any_uvs && needs.materials, with_colours],
+                );
             }
             let triangle_count = self.triangles.len() as u32 - first_triangle;
             self.triangle_shape
@@ -265,11 +272,7 @@ impl Scene {
     }
 
     /// Appends a shape around the new origin, without the triangles that f32 makes degenerate.
-    fn append(
-        &mut self,
-        world: WorldShape,
-        [with_normals, with_uvs, with_colours]: [bool; 3],
-    ) {
+    fn append(&mut self, world: WorldShape, [with_normals, with_uvs, with_colours]: [bool; 3]) {
         let base = self.positions.len();
         let origin = self.origin;
         let mesh = world.mesh;
@@ -541,6 +544,7 @@ impl Material {
 
     /// Whether it takes the colours of vertices.
     fn has_vertex_colours(&self) -> bool {
-        self.colours().any(|source| source == ColourSource::Vertices)
+        self.colours()
+            .any(|source| source == ColourSource::Vertices)
     }
 }

@@ -35,8 +35,7 @@ impl Mesh {
         if pad(!self.colours.is_empty(), !other.colours.is_empty()) {
             self.colours.resize(base, [0.5; 3]);
             self.colours.extend_from_slice(&other.colours);
-            self.colours
-                .resize(base + other.positions.len(), [0.5; 3]);
+            self.colours.resize(base + other.positions.len(), [0.5; 3]);
         }
         self.positions.extend_from_slice(&other.positions);
         self.triangles

@@ -71,13 +71,12 @@ impl ObjFile {
             Ok((names.iter().map(material).collect(), indices.collect()))
         };
         let mut reader = "mtllib all\n".as_bytes().chain(text.as_bytes());
-        let (models, _) =
-            tobj::load_obj_buf(&mut reader, &options, library).map_err(|error| {
-                match unreadable_line(&plain) {
-                    Some(found) => at(found),
-                    None => file_error(path, error.to_string()),
-                }
-            })?;
+        let (models, _) = tobj::load_obj_buf(&mut reader, &options, library).map_err(|error| {
+            match unreadable_line(&plain) {
+                Some(found) => at(found),
+                None => file_error(path, error.to_string()),
+            }
+        })?;
         let mut parts: HashMap<String, Vec<usize>> = HashMap::new();
         for (index, model) in models.iter().enumerate() {
             if model.mesh.indices.is_empty() {

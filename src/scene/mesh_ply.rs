@@ -51,7 +51,10 @@ pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
                         has("nx"),
                         UV_NAMES.iter().any(|n| has(n)),
                     );
-                    if COLOUR_NAMES.iter().any(|names| names.iter().all(|n| has(n))) {
+                    if COLOUR_NAMES
+                        .iter()
+                        .any(|names| names.iter().all(|n| has(n)))
+                    {
                         mesh.colours = vertices.iter().map(|v| v.colour).collect();
                     }
                 }),

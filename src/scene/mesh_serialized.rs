@@ -254,7 +254,10 @@ mod tests {
     fn every_truncation_is_refused() {
         let whole = file(4, 2, false);
         for length in 0..whole.len() {
-            assert!(parse_serialized(&whole[..length], 0).is_err(), "{length} bytes");
+            assert!(
+                parse_serialized(&whole[..length], 0).is_err(),
+                "{length} bytes"
+            );
         }
     }
 

@@ -19,10 +19,18 @@ const NOWHERE: &str = "/nowhere/bytes";
 pub(crate) const READERS: &[Reader] = &[
     ("scene-toml", |bytes| {
         let text = String::from_utf8_lossy(bytes);
-        told(load_toml::parse_toml(&text, Some(Path::new(NOWHERE)), "bytes"))
+        told(load_toml::parse_toml(
+            &text,
+            Some(Path::new(NOWHERE)),
+            "bytes",
+        ))
     }),
-    ("mitsuba", |bytes| told(mitsuba::parse_mitsuba(bytes, Path::new(NOWHERE)))),
-    ("gltf", |bytes| told(gltf::parse_gltf(bytes, Path::new(NOWHERE)))),
+    ("mitsuba", |bytes| {
+        told(mitsuba::parse_mitsuba(bytes, Path::new(NOWHERE)))
+    }),
+    ("gltf", |bytes| {
+        told(gltf::parse_gltf(bytes, Path::new(NOWHERE)))
+    }),
     ("obj", |bytes| {
         let file = ObjFile::parse(bytes, Path::new(NOWHERE));
         told(file.and_then(|file| file.mesh(None)))
@@ -34,7 +42,9 @@ pub(crate) const READERS: &[Reader] = &[
     ("ply", |bytes| told(parse_ply(bytes, Path::new(NOWHERE)))),
     ("serialized", |bytes| told(parse_serialized(bytes, 0))),
     // PNG, JPEG, BMP and TGA.
-    ("texture", |bytes| told(try_texture(bytes, Path::new(NOWHERE)))),
+    ("texture", |bytes| {
+        told(try_texture(bytes, Path::new(NOWHERE)))
+    }),
 ];
 
 fn told<T, E: std::fmt::Display>(read: Result<T, E>) -> Result<(), String> {

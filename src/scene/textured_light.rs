@@ -54,7 +54,11 @@ fn add_vertex(mesh: &Mesh, corners: &[u32; 3], weights: [f64; 3], small: &mut Me
         small.uvs.push(uv);
     }
     if !mesh.colours.is_empty() {
-        let channel = |c: usize| (0..3).map(|k| mesh.colours[corner(k)][c] * weights[k]).sum();
+        let channel = |c: usize| {
+            (0..3)
+                .map(|k| mesh.colours[corner(k)][c] * weights[k])
+                .sum()
+        };
         small.colours.push([0, 1, 2].map(channel));
     }
 }
@@ -174,7 +178,10 @@ mod tests {
         let scene = Scene::build(&description, Needs::ALL).expect("a scene");
         let shape = &scene.shapes[0];
         let mean = shape.emission.expect("shines");
-        assert!((mean[0] - 1.0).abs() < 0.01 && (mean[2] - 0.5).abs() < 0.01, "{mean:?}");
+        assert!(
+            (mean[0] - 1.0).abs() < 0.01 && (mean[2] - 0.5).abs() < 0.01,
+            "{mean:?}"
+        );
         assert_eq!(shape.pattern.len(), shape.triangle_count as usize);
         for triangle in shape.triangles() {
             let corners = scene.triangles[triangle].map(|i| scene.positions[i as usize]);

@@ -123,7 +123,15 @@ impl<'a> Surfaces<'a> {
             shape,
             triangle: hit.triangle,
             bsdf: material.map_or_else(grey, |m| {
-                self.resolve(m, index, &Place { uv, corners, weights })
+                self.resolve(
+                    m,
+                    index,
+                    &Place {
+                        uv,
+                        corners,
+                        weights,
+                    },
+                )
             }),
             frame,
             view,

@@ -230,7 +230,11 @@ fn is_free<'a>(
     target: &impl Fn(&'a Element) -> Option<&'a Element>,
 ) -> bool {
     let attribute = ["vertex_", "face_"];
-    if parent == "shape" && attribute.iter().any(|start| child.name().starts_with(start)) {
+    if parent == "shape"
+        && attribute
+            .iter()
+            .any(|start| child.name().starts_with(start))
+    {
         return true;
     }
     let is_object = |tag: &str| tag != "texture" && TAGS.contains(&plugin_tag(tag));
@@ -270,7 +274,10 @@ mod tests {
                 "<bsdf type='difuse' id='nobody_uses_it'/>",
                 "unknown bsdf `difuse`; did you mean `diffuse`",
             ),
-            ("<shpae type='sphere'/>", "unknown element <shpae>; did you mean `shape`"),
+            (
+                "<shpae type='sphere'/>",
+                "unknown element <shpae>; did you mean `shape`",
+            ),
             (
                 "<shape type='sphere'><float nmae='radius' value='1'/></shape>",
                 "unknown attribute `nmae` of <float>; did you mean `name`",
@@ -304,6 +311,11 @@ mod tests {
              <emitter type='projector'><float name='fov' value='20'/></emitter>",
         )
         .expect("reads");
-        assert!(notes.iter().any(|n| n.contains("emitter `projector` is left out")), "{notes:?}");
+        assert!(
+            notes
+                .iter()
+                .any(|n| n.contains("emitter `projector` is left out")),
+            "{notes:?}"
+        );
     }
 }

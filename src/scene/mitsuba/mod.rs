@@ -135,7 +135,9 @@ impl<'a> Importer<'a> {
         let direct = element.kind() == "direct";
         if element.boolean("hide_emitters", false)? {
             self.scene.hides_lights = true;
-            self.note("hide_emitters: path tracing keeps lights out of sight, other techniques show them");
+            self.note(
+                "hide_emitters: path tracing keeps lights out of sight, other techniques show them",
+            );
         }
         let known = ["path", "volpath", "direct", "aov", "moment"];
         if !known.contains(&element.kind()) {

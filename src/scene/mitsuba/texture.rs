@@ -93,7 +93,8 @@ impl<'a> Importer<'a> {
     fn mesh_attribute(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
         let name = element.string("name")?.unwrap_or("vertex_color");
         if name != "vertex_color" {
-            let message = format!("of the attributes of a mesh only `vertex_color` is read, not `{name}`");
+            let message =
+                format!("of the attributes of a mesh only `vertex_color` is read, not `{name}`");
             return Err(element.error(message));
         }
         match element.float("scale")?.unwrap_or(1.0) {
@@ -118,9 +119,9 @@ impl<'a> Importer<'a> {
                 let scaled = std::array::from_fn(|i| c[i] * factor[i]);
                 Ok((ColourSource::Constant(scaled), 1.0))
             }
-            (ColourSource::Vertices, _) => {
-                Err(element.error("the colours of vertices are taken as they are, without a scale around them"))
-            }
+            (ColourSource::Vertices, _) => Err(element.error(
+                "the colours of vertices are taken as they are, without a scale around them",
+            )),
             (texture, outer) => Ok((texture, outer * mean)),
         }
     }
