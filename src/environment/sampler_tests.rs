@@ -182,7 +182,7 @@ fn lamps_far_apart_keep_the_lights_of_the_decomposition() {
         .iter()
         .find(|(id, _)| *id == "decomposition")
         .expect("listed");
-    for (count, least) in [(16, 0.2), (32, 0.5)] {
+    for (count, least) in [(16, 0.12), (32, 0.25)] {
         let set = decomposition.lights(&map, count, 1);
         let luminance = |light: &&Light| light.power.iter().sum::<f64>();
         let direct = set.lights.iter().filter(|l| l.kind == LightKind::Direct);

@@ -202,7 +202,13 @@ impl<'a> Importer<'a> {
             return Err(element.error("`normalmap` needs a texture inside"));
         };
         match self.scaled_source(texture)? {
-            (ColourSource::Texture(index), 1.0) => inner.normals = Some(index),
+            (ColourSource::Texture(index), 1.0) => {
+                inner.normals = Some(index);
+                self.note(
+                    "`normalmap`: normals that face away from the viewer are black and terminators hard, as before \
+                     version 3.6 of Mitsuba",
+                );
+            }
             _ => return Err(texture.error("normals come from a bitmap, without a scale around it")),
         }
         Ok(inner)
