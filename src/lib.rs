@@ -19,6 +19,7 @@ pub mod image;
 mod memory;
 pub mod metric;
 pub mod placement;
+pub mod readers;
 pub mod registry;
 pub mod report;
 pub mod sample;

@@ -199,7 +199,8 @@ fn junit(name: &str, gates: &[Gate], jobs: &Jobs) -> String {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
+    crate::report::xml_text(text)
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
@@ -252,6 +253,17 @@ mod tests {
             done.contains("tests=\"1\" failures=\"0\" errors=\"0\""),
             "{done}"
         );
+    }
+
+    #[test]
+    fn control_characters_are_replaced() {
+        let gate = Gate {
+            text: "bell \u{7}".into(),
+            ..held()
+        };
+        let xml = junit("x", &[gate], &jobs(0, 0));
+        assert!(xml.contains("bell \u{fffd}"), "{xml}");
+        assert!(!xml.contains('\u{7}'), "{xml}");
     }
 
     #[test]

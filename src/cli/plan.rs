@@ -227,9 +227,7 @@ fn print_memory(memory: &[JobMemory]) {
 
 /// One line a job, then the sum.
 pub fn print(planned: &Planned) {
-    let store = Store {
-        folder: planned.folder.clone(),
-    };
+    let store = Store::at(&planned.folder);
     let mut references: Vec<&str> = Vec::new();
     let (mut rays, mut done) = (0u64, 0);
     for job in &planned.plan.jobs {

@@ -98,7 +98,8 @@ fn experiment(args: &ContenderArgs) -> Result<Config, Failure> {
         scene.insert("size".into(), parse_size(text)?.to_vec().into());
     }
     if let Some(count) = args.budget {
-        scene.insert(entry.units[0].key.into(), (count as i64).into());
+        let count = i64::try_from(count).unwrap_or(i64::MAX);
+        scene.insert(entry.units[0].key.into(), count.into());
     }
     let mut sequence = Table::new();
     if let Some(path) = &args.path {

@@ -25,7 +25,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "lights on emissive texels, and others shaded at half the resolution",
         source: "Wu 2024, section 3",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: FAILURES,
         parameters: Parameters::PARAMETERS,
     },
@@ -41,7 +41,7 @@ pub const FULL_RESOLUTION: SamplerEntry = SamplerEntry {
         summary: "the lights of the decomposition, all shaded at full resolution",
         source: "Wu 2024, section 4, Ours (w/o U)",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: FAILURES,
         parameters: Parameters::PARAMETERS,
     },
@@ -197,7 +197,9 @@ impl Decomposition {
     }
 }
 
-/// *differs:* masking angles and exclusion are radians of the printed s·4π/K; excluded texels leave
+/// *differs:* masking angles and exclusion are radians of the printed s·4π/K; only texels that exclusion would leave pull
+/// a light while it is relaxed, because the mean of lamps farther apart lies between them, where exclusion leaves it
+/// none, and a light that loses all its texels goes to the brightest that no other has; excluded texels leave
 /// before powers and centroids are taken, and their light, as that of emissive texels for which no
 /// sample was left, goes to EnvIndirects; masked texels do not count in a node's extent. What shading
 /// at half the resolution saves of K full-resolution lights is spent on more EnvIndirects.

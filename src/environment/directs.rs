@@ -32,6 +32,8 @@ pub(super) struct Directs {
 /// Keys the random numbers of the draws.
 const STREAM: u64 = 0x6469_7265_6374;
 const MOST_ROUNDS: usize = 100;
+/// How often lights that lost everything are put elsewhere.
+const MOST_RESEEDS: usize = 4;
 /// Moves of the centres, in texels, that are no longer worth a round.
 const STILL: f64 = 0.02;
 
@@ -59,22 +61,16 @@ pub(super) fn directs(
             rounds: 0,
         };
     }
-    let mut cells = Cells::new(&items, samples);
+    let chord = 2.0 * (0.5 * steps.exclusion_rad.min(std::f64::consts::PI)).sin();
+    let mut cells = Cells::new(&items, samples).pulled_within(chord);
     let rounds = match steps.k_means {
         true => {
             let texel_rad = std::f64::consts::TAU / texels.width() as f64;
-            cells.relax((MOST_ROUNDS, STILL * texel_rad))
+            relax(&mut cells, &items, STILL * texel_rad)
         }
         false => 0,
     };
-    let chord = 2.0 * (0.5 * steps.exclusion_rad.min(std::f64::consts::PI)).sin();
-    let kept: Vec<bool> = items
-        .iter()
-        .zip(&cells.labels)
-        .map(|(item, &label)| {
-            (item.direction - cells.centres[label as usize]).length_squared() <= chord * chord
-        })
-        .collect();
+    let kept: Vec<bool> = (0..items.len()).map(|i| cells.is_reached(i)).collect();
     let centres = cells.centres.clone();
     Directs {
         lights: lights(
@@ -87,6 +83,41 @@ pub(super) fn directs(
         labels: cells.labels,
         rounds,
     }
+}
+
+/// k-means within reach; centres that lose all they stood for go to the brightest texel that no other keeps. Returns
+/// the number of rounds.
+fn relax(cells: &mut Cells, items: &[Item], still: f64) -> usize {
+    let mut rounds = cells.relax((MOST_ROUNDS, still));
+    for _ in 0..MOST_RESEEDS {
+        let mut empty = vec![true; cells.centres.len()];
+        let mut open = Vec::new();
+        for (item, &label) in cells.labels.iter().enumerate() {
+            match cells.is_reached(item) {
+                true => empty[label as usize] = false,
+                false => open.push(item),
+            }
+        }
+        let energy = |item: &usize| items[*item].moment.length_squared();
+        // Of equally bright ones the first.
+        open.sort_by(|a, b| energy(b).total_cmp(&energy(a)).then(a.cmp(b)));
+        let mut moved: Vec<(usize, DVec3)> = Vec::new();
+        for cell in (0..empty.len()).filter(|&cell| empty[cell]) {
+            let free = open.iter().map(|&item| items[item].direction);
+            let mut free =
+                free.filter(|d| moved.iter().all(|(_, taken)| !cells.reaches(*taken, *d)));
+            match free.next() {
+                Some(direction) => moved.push((cell, direction)),
+                None => break,
+            }
+        }
+        if moved.is_empty() {
+            break;
+        }
+        cells.put(&moved);
+        rounds += cells.relax((MOST_ROUNDS, still));
+    }
+    rounds
 }
 
 /// Draws directions by importance (luminance · solid angle) among what is not masked yet; fewer when

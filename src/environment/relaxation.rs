@@ -25,8 +25,10 @@ pub(super) struct Cells<'a> {
     pub centres: Vec<DVec3>,
     /// The nearest centre of each item, of equally near ones the first.
     pub labels: Vec<u32>,
-    /// Σ moment of the items of each centre.
+    /// Σ moment of the items of each centre, as far as they are within reach of it.
     moments: Vec<DVec3>,
+    /// Chord beyond which an item does not pull its centre.
+    reach: f64,
     groups: Vec<Group>,
     /// Indices of the items, group by group.
     members: Vec<u32>,
@@ -61,11 +63,39 @@ impl<'a> Cells<'a> {
             centres,
             labels: vec![0; items.len()],
             moments: Vec::new(),
+            reach: f64::INFINITY,
             groups,
             members,
         };
         cells.assign();
         cells
+    }
+
+    /// Lets only items within a chord of their centre pull it: a centre then stays with some of them, instead of
+    /// going between those that are far apart.
+    pub fn pulled_within(mut self, chord: f64) -> Self {
+        self.reach = chord;
+        self.assign();
+        self
+    }
+
+    /// Whether an item is within reach of its centre.
+    pub fn is_reached(&self, item: usize) -> bool {
+        let centre = self.centres[self.labels[item] as usize];
+        self.reaches(centre, self.items[item].direction)
+    }
+
+    /// Whether a direction is within reach of a centre.
+    pub fn reaches(&self, centre: DVec3, direction: DVec3) -> bool {
+        (direction - centre).length_squared() <= self.reach * self.reach
+    }
+
+    /// Puts centres elsewhere and assigns again.
+    pub fn put(&mut self, moved: &[(usize, DVec3)]) {
+        moved
+            .iter()
+            .for_each(|&(cell, centre)| self.centres[cell] = centre);
+        self.assign();
     }
 
     /// Direction of an item.
@@ -85,7 +115,8 @@ impl<'a> Cells<'a> {
     pub fn relax(&mut self, (most, least): (usize, f64)) -> usize {
         for round in 0..most {
             let farthest = self.move_centres();
-            if !self.assign() || farthest < least {
+            let changed = self.assign() || self.reach.is_finite();
+            if !changed || farthest < least || farthest == 0.0 {
                 return round + 1;
             }
         }
@@ -114,8 +145,20 @@ impl<'a> Cells<'a> {
         for group in &mut self.groups {
             cells_reached(&self.centres, group, &mut squared, &mut reached);
             let members = &self.members[group.members.clone()];
+            let (items, centres, reach) = (self.items, &self.centres, self.reach);
+            let pulls = |item: u32, centre: u32| {
+                let apart = items[item as usize].direction - centres[centre as usize];
+                apart.length_squared() <= reach * reach
+            };
             if let [only] = reached[..] {
-                self.moments[only as usize] += group.moment;
+                let distance = squared[only as usize].sqrt();
+                let moment = &mut self.moments[only as usize];
+                if distance + group.radius <= reach {
+                    *moment += group.moment;
+                } else if distance - group.radius <= reach {
+                    let near = members.iter().filter(|&&item| pulls(item, only));
+                    near.for_each(|&item| *moment += items[item as usize].moment);
+                }
                 if group.label != Some(only) {
                     for &item in members {
                         let old = std::mem::replace(&mut self.labels[item as usize], only);
@@ -128,8 +171,10 @@ impl<'a> Cells<'a> {
             group.label = None;
             for &item in members {
                 let Item { direction, moment } = self.items[item as usize];
-                let label = nearest(&self.centres, &reached, direction);
-                self.moments[label as usize] += moment;
+                let label = nearest(centres, &reached, direction);
+                if pulls(item, label) {
+                    self.moments[label as usize] += moment;
+                }
                 let old = std::mem::replace(&mut self.labels[item as usize], label);
                 changed |= old != label;
             }
@@ -292,6 +337,26 @@ mod tests {
             "{}",
             cells.centres[0]
         );
+    }
+
+    #[test]
+    fn what_is_out_of_reach_does_not_pull() {
+        let lamp = |degrees: f64| {
+            let (y, x) = degrees.to_radians().sin_cos();
+            let direction = DVec3::new(x, y, 0.0);
+            Item {
+                direction,
+                moment: direction,
+            }
+        };
+        let items = [lamp(0.0), lamp(1.0), lamp(40.0)];
+        let mut cells = Cells::new(&items, vec![items[0].direction]).pulled_within(0.1);
+        cells.relax((10, 0.0));
+        let expected = (items[0].direction + items[1].direction).normalize();
+        assert!((cells.centres[0] - expected).length() < 1e-12);
+        assert_eq!([0, 1, 2].map(|i| cells.is_reached(i)), [true, true, false]);
+        cells.put(&[(0, items[2].direction)]);
+        assert!(cells.is_reached(2));
     }
 
     #[test]

@@ -175,6 +175,31 @@ fn large_budgets_are_used_where_the_map_has_much_to_give() {
 }
 
 #[test]
+fn lamps_far_apart_keep_the_lights_of_the_decomposition() {
+    let map = environment(&super::gallery::embedded_map("night-lamps").expect("embedded"));
+    let all = samplers();
+    let (_, decomposition) = all
+        .iter()
+        .find(|(id, _)| *id == "decomposition")
+        .expect("listed");
+    for (count, least) in [(16, 0.12), (32, 0.25)] {
+        let set = decomposition.lights(&map, count, 1);
+        let luminance = |light: &&Light| light.power.iter().sum::<f64>();
+        let direct = set.lights.iter().filter(|l| l.kind == LightKind::Direct);
+        let (found, power) = (
+            direct.clone().count(),
+            direct.map(|l| luminance(&l)).sum::<f64>(),
+        );
+        let share = power / set.lights.iter().map(|l| luminance(&l)).sum::<f64>();
+        assert!(set.notes.is_empty(), "{count}: {:?}", set.notes);
+        assert!(
+            2 * found > count && share > least,
+            "{count}: {found}, {share}"
+        );
+    }
+}
+
+#[test]
 fn a_lonely_texel_gets_the_lights() {
     for (size, at) in [((32, 16), (9, 0)), ((32, 16), (31, 7)), ((33, 17), (0, 16))] {
         let map = environment(&spot(size, at, 0.0));

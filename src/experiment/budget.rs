@@ -9,9 +9,6 @@ use serde::{Deserialize, Serialize, Serializer};
 use super::config::{Config, SceneChoice};
 use crate::technique::{TechniqueEntry, UNITS, Unit};
 
-/// Longest budget of one image, seconds: a day.
-const LONGEST_S: f64 = 86_400.0;
-
 /// An amount that the contenders of an experiment share. It is written as `{"caches": 60}`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "BTreeMap<String, f64>")]
@@ -90,17 +87,12 @@ impl Budget {
     }
 
     fn check(self) -> Result<(), String> {
-        let (key, amount) = (self.unit.key, self.amount);
-        if self.unit.is_timed {
-            return match amount > 0.0 && amount <= LONGEST_S {
-                true => Ok(()),
-                false => Err(format!(
-                    "{key}: expected a number above 0 and up to {LONGEST_S}"
-                )),
-            };
-        }
-        match amount > 0.0 {
+        let (key, amount, most) = (self.unit.key, self.amount, self.unit.most);
+        match amount > 0.0 && amount <= most {
             true => Ok(()),
+            false if self.unit.is_timed || amount > most => {
+                Err(format!("{key}: expected a number above 0 and up to {most}"))
+            }
             false => Err(format!(
                 "no number of {key}: set `{key}` for the experiment or the scene"
             )),
@@ -164,6 +156,9 @@ mod tests {
             assert_eq!(budget, Budget { unit, amount: 7.0 });
             assert_eq!(read(&line(7), &line(8)).map(|b| b.amount), Ok(8.0));
             assert_eq!(read(&line(0), "").map_err(|(key, _)| key), Err(unit.key));
+            let beyond = format!("{} = {}", unit.key, unit.most as u64 + 1);
+            let (_, told) = read(&beyond, "").expect_err("too much");
+            assert!(told.contains("up to"), "{told}");
             assert_eq!(budget.to_string(), format!("{}=7", unit.key));
             let json = serde_json::to_string(&budget).expect("writes");
             let amount = if unit.is_timed { "7.0" } else { "7" };

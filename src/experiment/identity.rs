@@ -41,6 +41,7 @@ pub fn scene_key(description: &SceneDescription) -> String {
         ao_distance,
         exposure,
         max_depth,
+        hides_lights,
         views: _,
         shapes,
         materials,
@@ -66,6 +67,9 @@ pub fn scene_key(description: &SceneDescription) -> String {
     if !motions.is_empty() {
         shown.push(json!(motions));
     }
+    if *hides_lights {
+        shown.push(json!("hides lights"));
+    }
     hash(&Value::from(shown).to_string())
 }
 
@@ -77,6 +81,7 @@ fn shape(shape: &ShapeDescription) -> Value {
         to_world,
         material,
         emission,
+        emission_texture,
         flip_normals,
         face_normals,
         smooth_normals,
@@ -104,7 +109,10 @@ fn shape(shape: &ShapeDescription) -> Value {
         } => json!(["generated", generator, part, parameters]),
     };
     let sides = [flip_normals, face_normals, smooth_normals, flip_v];
-    json!([source, to_world, material, emission, sides])
+    match emission_texture {
+        None => json!([source, to_world, material, emission, sides]),
+        Some(texture) => json!([source, to_world, material, emission, texture, sides]),
+    }
 }
 
 fn material(material: &Material) -> Value {
@@ -114,8 +122,12 @@ fn material(material: &Material) -> Value {
         two_sided,
         opacity,
         bump,
+        normals,
     } = material;
-    json!([bsdf, two_sided, opacity, bump])
+    match normals {
+        None => json!([bsdf, two_sided, opacity, bump]),
+        Some(normals) => json!([bsdf, two_sided, opacity, bump, normals]),
+    }
 }
 
 fn texture(texture: &TextureDescription) -> Value {

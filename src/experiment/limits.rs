@@ -28,6 +28,58 @@ pub(super) fn check_count(
     Err(source.error(&["repeats"], message))
 }
 
+impl Config {
+    /// What is checked of a config before its scenes are looked for.
+    pub(crate) fn check(source: &Source, config: &Self) -> Result<(), ConfigError> {
+        check_numbers(source)?;
+        check_names(source, config)?;
+        check_count(source, config, &config.sweep)
+    }
+}
+
+/// Refuses numbers that are not finite, wherever they stand: no parameter means anything by them, and results folders
+/// could not be read back.
+pub(super) fn check_numbers(source: &Source) -> Result<(), ConfigError> {
+    let table: toml::Table = source.parse()?;
+    let mut path = Vec::new();
+    match not_finite(&Value::Table(table), &mut path) {
+        None => Ok(()),
+        Some(number) => {
+            let keys: Vec<&str> = path.iter().map(String::as_str).collect();
+            let key = path.iter().rfind(|key| key.parse::<usize>().is_err());
+            let key = key.map_or("", String::as_str);
+            let message = format!("{key}: expected finite numbers, found {number}");
+            Err(source.error(&keys, message))
+        }
+    }
+}
+
+/// The first number in a value that is not finite; `path` leads to it.
+fn not_finite(value: &Value, path: &mut Vec<String>) -> Option<f64> {
+    let inner: Vec<(String, &Value)> = match value {
+        Value::Float(number) => return (!number.is_finite()).then_some(*number),
+        Value::Table(table) => table.iter().map(|(key, v)| (key.clone(), v)).collect(),
+        Value::Array(list) => {
+            let numbered = list.iter().enumerate();
+            numbered.map(|(index, v)| (index.to_string(), v)).collect()
+        }
+        _ => return None,
+    };
+    for (key, value) in inner {
+        path.push(key);
+        if let Some(found) = not_finite(value, path) {
+            return Some(found);
+        }
+        path.pop();
+    }
+    None
+}
+
+/// Whether all numbers in a value are finite.
+pub(super) fn is_finite(value: &Value) -> bool {
+    not_finite(value, &mut Vec::new()).is_none()
+}
+
 /// Names become folders and files, each of its own.
 pub(super) fn check_names(source: &Source, config: &Config) -> Result<(), ConfigError> {
     let tables = config.table.iter().map(|table| ("table", &table.name));
@@ -63,5 +115,39 @@ pub(super) fn check_name(name: &str) -> Result<(), String> {
         false => Err(format!(
             "name: expected the name of one folder, without separators, control characters and any of :*?\"<>|, found {name:?}"
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::Override;
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused_with_their_place() {
+        for (text, expected) in [
+            (
+                "a = 1\nb = inf",
+                "c.toml:2:5: b: expected finite numbers, found inf",
+            ),
+            ("parameters = { distance = -inf }", "distance"),
+            ("[[scene]]\n[[scene]]\nao_distance = nan", "c.toml:3:"),
+            (
+                "[sweep]\n\"parameters.distance\" = [1.0, inf]",
+                "parameters.distance",
+            ),
+            ("[sequence]\nfps = +inf", "fps"),
+        ] {
+            let source = Source {
+                file: "c.toml".into(),
+                text: text.to_owned(),
+            };
+            let error = check_numbers(&source).expect_err(text).to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+        for text in ["a=inf", "a=1,nan", "a=[1, -inf]", "a=0..inf"] {
+            let error = Override::parse(text).expect_err(text).to_string();
+            assert!(error.contains(text), "{error}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Locks among programs that share a folder.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +9,35 @@ pub(super) struct Lock {
     /// Holds the lock while it is open.
     _file: File,
     path: PathBuf,
+}
+
+/// A folder that one program at a time writes into. The folder itself is what is locked, so nothing is left behind;
+/// where folders cannot be locked (on some systems and shares) everybody gets it.
+#[derive(Debug)]
+pub(super) struct OwnFolder {
+    _folder: Option<File>,
+}
+
+impl OwnFolder {
+    /// Takes a folder that is there.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::ResourceBusy`], at once, where another program holds it.
+    pub fn take(folder: &Path) -> io::Result<Self> {
+        let Ok(opened) = File::open(folder) else {
+            return Ok(Self { _folder: None });
+        };
+        if let Err(TryLockError::WouldBlock) = opened.try_lock() {
+            let message = format!(
+                "{}: another run writes into this folder; wait for its end, or choose another folder with --out",
+                folder.display()
+            );
+            return Err(io::Error::new(io::ErrorKind::ResourceBusy, message));
+        }
+        Ok(Self {
+            _folder: Some(opened),
+        })
+    }
 }
 
 impl Lock {
@@ -50,5 +79,20 @@ mod tests {
         let again = Lock::of(&file).expect("locks again");
         again.remove();
         assert!(!file.with_extension("lock").exists());
+    }
+
+    #[test]
+    fn a_folder_that_is_taken_is_refused_at_once() {
+        let place = tempfile::tempdir().expect("a folder");
+        let own = OwnFolder::take(place.path()).expect("free");
+        let error = OwnFolder::take(place.path()).expect_err("taken");
+        assert!(
+            error.to_string().contains("another run writes into"),
+            "{error}"
+        );
+        drop(own);
+        OwnFolder::take(place.path()).expect("free again");
+        let left = fs::read_dir(place.path()).expect("there").count();
+        assert_eq!(left, 0);
     }
 }

@@ -3,6 +3,7 @@
 use toml::{Table, Value};
 
 use super::ConfigError;
+use super::limits::is_finite;
 use crate::suggest::hint;
 
 /// An override with one or more values; more than one makes a sweep.
@@ -45,6 +46,9 @@ impl Override {
             None if value.starts_with('[') => vec![scalar(value)],
             None => value.split(',').map(|part| scalar(part.trim())).collect(),
         };
+        if !values.iter().all(is_finite) {
+            return Err(bad("expected finite numbers"));
+        }
         Ok(Self {
             key: key.to_owned(),
             values,

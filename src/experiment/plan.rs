@@ -154,6 +154,7 @@ impl Job {
 
 /// Plans one config under overrides. With several values anywhere, every combination is planned.
 pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), ConfigError> {
+    limits::check_numbers(source)?;
     let written: Config = source.parse()?;
     let changed = overrides.iter().map(|o| &o.key);
     Additions::refuse_overrides(changed.chain(written.sweep.keys()))?;

@@ -4,7 +4,9 @@ use std::collections::HashSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::lock::OwnFolder;
 use super::{Config, Job, Plan, Row};
 use crate::files::at;
 
@@ -12,13 +14,19 @@ use crate::files::at;
 #[derive(Clone, Debug)]
 pub struct Store {
     pub folder: PathBuf,
+    /// Keeps other programs from writing into the folder while this one does.
+    _own: Option<Arc<OwnFolder>>,
 }
 
 impl Store {
-    /// Opens or creates the folder and removes what interrupted runs left unfinished.
+    /// Opens or creates the folder for writing and removes what interrupted runs left unfinished.
+    ///
+    /// # Errors
+    /// The folder cannot be made, or another program writes into it.
     pub fn create(folder: &Path) -> io::Result<Self> {
         let jobs = folder.join("jobs");
         fs::create_dir_all(&jobs).map_err(at(&jobs))?;
+        let own = OwnFolder::take(folder)?;
         for entry in fs::read_dir(&jobs).map_err(at(&jobs))? {
             let entry = entry.map_err(at(&jobs))?;
             if entry
@@ -31,7 +39,16 @@ impl Store {
         }
         Ok(Self {
             folder: folder.to_owned(),
+            _own: Some(Arc::new(own)),
         })
+    }
+
+    /// A folder that may be there, for reading.
+    pub fn at(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            _own: None,
+        }
     }
 
     /// An existing folder, for reading.
@@ -45,9 +62,7 @@ impl Store {
                 ),
             ));
         }
-        Ok(Self {
-            folder: folder.to_owned(),
-        })
+        Ok(Self::at(folder))
     }
 
     pub fn job_folder(&self, id: &str) -> PathBuf {

@@ -53,9 +53,17 @@ pub fn read_coded(path: &Path) -> Result<(Image, Encoding), ImageError> {
 pub fn read_picture(path: &Path) -> Result<Picture, ImageError> {
     let (path, layer) = file_and_layer(path);
     let bytes = std::fs::read(&path).map_err(|source| ImageError::io(&path, source))?;
-    let picture = match bytes.as_slice() {
+    decode_bytes((&path, layer.as_deref()), &bytes)
+}
+
+/// [`read_picture`] of the bytes of a file; messages name `path`.
+pub(crate) fn decode_bytes(
+    (path, layer): (&Path, Option<&str>),
+    bytes: &[u8],
+) -> Result<Picture, ImageError> {
+    let picture = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => {
-            let (image, translucent) = exr_read::decode_picture((&path, layer.as_deref()), &bytes)?;
+            let (image, translucent) = exr_read::decode_picture((path, layer), bytes)?;
             return Ok(Picture {
                 image,
                 encoding: Encoding::Linear,
@@ -64,14 +72,17 @@ pub fn read_picture(path: &Path) -> Result<Picture, ImageError> {
         }
         [b'#', b'?', ..] => {
             return Ok(Picture {
-                image: decode_hdr(&path, &bytes)?,
+                image: decode_hdr(path, bytes)?,
                 encoding: Encoding::Linear,
                 translucent: 0,
             });
         }
-        [0x89, b'P', b'N', b'G', ..] => decode(&path, &bytes, ImageFormat::Png)?,
-        [0xff, 0xd8, ..] => decode(&path, &bytes, ImageFormat::Jpeg)?,
-        _ => return Err(ImageError::UnknownFormat { path }),
+        [0x89, b'P', b'N', b'G', ..] => decode(path, bytes, ImageFormat::Png)?,
+        [0xff, 0xd8, ..] => decode(path, bytes, ImageFormat::Jpeg)?,
+        _ => {
+            let path = path.to_owned();
+            return Err(ImageError::UnknownFormat { path });
+        }
     };
     Ok(Picture {
         image: coded_pixels(&picture),

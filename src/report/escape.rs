@@ -74,6 +74,17 @@ pub fn shell(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
+/// Text without the characters that XML cannot hold: control characters and two that are no characters.
+pub fn xml_text(text: &str) -> std::borrow::Cow<'_, str> {
+    let refused = |c: char| {
+        c.is_control() && !matches!(c, '\t' | '\n' | '\r') || matches!(c, '\u{fffe}' | '\u{ffff}')
+    };
+    match text.contains(refused) {
+        true => text.replace(refused, "\u{fffd}").into(),
+        false => text.into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +102,10 @@ mod tests {
         assert_ne!(file_name("a b"), file_name("a/b"));
         assert!(file_name("...").starts_with('-') && file_name("").starts_with('-'));
         assert_eq!(link("figures/a+b c.png"), "figures/a%2Bb%20c.png");
+        assert_eq!(
+            xml_text("bell \u{7}\u{ffff}\n<"),
+            "bell \u{fffd}\u{fffd}\n<"
+        );
         assert_eq!(shell("scale=1/4"), "scale=1/4");
         assert_eq!(shell("it's"), "'it'\\''s'");
     }

@@ -39,6 +39,7 @@ mod viewer;
 
 use std::path::{Path, PathBuf};
 
+pub use escape::xml_text;
 pub use light_map::draw_lights;
 pub use suite::write_suite;
 

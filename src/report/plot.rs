@@ -68,7 +68,7 @@ pub fn write(
     }
     let name = escape::file_name(name);
     let files = vec![format!("figures/{name}.svg"), format!("figures/{name}.png")];
-    data.store.write(&files[0], &svg)?;
+    data.store.write(&files[0], &escape::xml_text(&svg))?;
     let image = Image {
         width: size.0 as usize,
         height: size.1 as usize,

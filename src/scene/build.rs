@@ -1,16 +1,16 @@
 //! From a description to triangles in f32 around the origin.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::geometry::{Loaded, WorldShape, is_degenerate, load_shape};
+use super::geometry::{Loaded, Numbered, WorldShape, is_degenerate, load_together};
 use super::texture::estimated_bytes;
 use super::{
     Bsdf, ColourSource, LightKind, Material, Needs, PointLight, SceneDescription, SceneError,
-    Texture, TextureDescription, View,
+    ShapeSource, Texture, TextureDescription, View,
 };
 use crate::environment::{Environment, EnvironmentDescription, EnvironmentError};
 
@@ -28,6 +28,8 @@ pub struct Scene {
     pub normals: Vec<Vec3>,
     /// Parallel to `positions` or empty.
     pub uvs: Vec<Vec2>,
+    /// Colours of vertices, linear RGB; parallel to `positions`, or empty where no material asks for them.
+    pub colours: Vec<[f32; 3]>,
     /// Vertex indices, all triangles finite and of positive area.
     pub triangles: Vec<[u32; 3]>,
     /// Index into `shapes`, parallel to `triangles`.
@@ -55,6 +57,8 @@ pub struct Scene {
     pub ao_distance: f32,
     pub exposure: f32,
     pub max_depth: u32,
+    /// Whether path tracing keeps what shines out of the camera's sight.
+    pub hides_lights: bool,
     pub report: BuildReport,
     declared: DeclaredLengths,
 }
@@ -71,7 +75,10 @@ struct DeclaredLengths {
 pub struct Shape {
     pub name: String,
     pub material: u32,
+    /// On average, where a texture shines.
     pub emission: Option<[f32; 3]>,
+    /// What each of its triangles emits over the mean, where a texture shines; else empty.
+    pub pattern: Vec<[f32; 3]>,
     pub first_triangle: u32,
     pub triangle_count: u32,
 }
@@ -81,6 +88,16 @@ impl Shape {
     pub fn triangles(&self) -> Range<usize> {
         let first = self.first_triangle as usize;
         first..first + self.triangle_count as usize
+    }
+
+    /// What one of them emits, by its place in those of the scene.
+    pub fn emission_of(&self, triangle: u32) -> Option<[f32; 3]> {
+        let mean = self.emission?;
+        let place = triangle.checked_sub(self.first_triangle)? as usize;
+        match self.pattern.get(place) {
+            Some(over) => Some(std::array::from_fn(|c| mean[c] * over[c])),
+            None => Some(mean),
+        }
     }
 }
 
@@ -138,6 +155,7 @@ impl Scene {
             name: description.name.clone(),
             exposure: description.exposure,
             max_depth: description.max_depth,
+            hides_lights: description.hides_lights,
             declared: DeclaredLengths {
                 ao_distance: description.ao_distance,
                 metres_per_unit: description.metres_per_unit,
@@ -220,11 +238,19 @@ impl Scene {
         let any = |has: fn(&WorldShape) -> bool| shapes.iter().flatten().any(has);
         let with_normals = needs.normals && any(|s| !s.mesh.normals.is_empty());
         let any_uvs = any(|s| !s.mesh.uvs.is_empty());
+        let with_colours = needs.materials
+            && description
+                .materials
+                .iter()
+                .any(Material::has_vertex_colours);
         for (index, shape) in shapes.into_iter().enumerate() {
             let first_triangle = self.triangles.len() as u32;
             let declared = &description.shapes[index];
             if let Some(world) = shape {
-                self.append(world, [with_normals, any_uvs && needs.materials]);
+                self.append(
+                    world,
+                    [with_normals, any_uvs && needs.materials, with_colours],
+                );
             }
             let triangle_count = self.triangles.len() as u32 - first_triangle;
             self.triangle_shape
@@ -233,16 +259,20 @@ impl Scene {
                 name: declared.name.clone(),
                 material: declared.material as u32,
                 emission: declared.emission.filter(|_| needs.emitters),
+                pattern: Vec::new(),
                 first_triangle,
                 triangle_count,
             });
+        }
+        if needs.emitters {
+            self.shine(description)?;
         }
         self.account(any_uvs);
         self.check_size()
     }
 
     /// Appends a shape around the new origin, without the triangles that f32 makes degenerate.
-    fn append(&mut self, world: WorldShape, [with_normals, with_uvs]: [bool; 2]) {
+    fn append(&mut self, world: WorldShape, [with_normals, with_uvs, with_colours]: [bool; 3]) {
         let base = self.positions.len();
         let origin = self.origin;
         let mesh = world.mesh;
@@ -256,6 +286,10 @@ impl Scene {
         if with_uvs {
             self.uvs.extend_from_slice(&mesh.uvs);
             self.uvs.resize(count, Vec2::ZERO);
+        }
+        if with_colours {
+            self.colours.extend_from_slice(&mesh.colours);
+            self.colours.resize(count, [0.5; 3]);
         }
         let before = mesh.triangles.len();
         let positions = &self.positions[base..];
@@ -290,6 +324,7 @@ impl Scene {
         };
         report.geometry_bytes =
             report.cost.geometry + size_of_val(&self.normals[..]) + size_of_val(&self.uvs[..]);
+        report.geometry_bytes += size_of_val(&self.colours[..]);
     }
 
     fn check_size(&self) -> Result<(), SceneError> {
@@ -437,13 +472,25 @@ fn load_shapes(
         .iter()
         .filter_map(|shape| shape.source.held())
         .collect();
-    let loaded: Vec<_> = description
-        .shapes
-        .par_iter()
-        .map(|shape| load_shape(shape, normals))
+    let mut together: Vec<Vec<Numbered>> = Vec::new();
+    let mut of_file = HashMap::new();
+    for (index, shape) in description.shapes.iter().enumerate() {
+        let group = match &shape.source {
+            ShapeSource::Obj { path, .. } => *of_file.entry(path).or_insert(together.len()),
+            _ => together.len(),
+        };
+        match together.get_mut(group) {
+            Some(others) => others.push((index, shape)),
+            None => together.push(vec![(index, shape)]),
+        }
+    }
+    let together = together.par_iter();
+    let mut loaded: Vec<_> = together
+        .flat_map_iter(|shapes| load_together(shapes, normals))
         .collect();
+    loaded.sort_by_key(|(index, _)| *index);
     let mut shapes = Vec::with_capacity(loaded.len());
-    for result in loaded {
+    for (_, result) in loaded {
         match result? {
             Loaded::World(world) => shapes.push(Some(world)),
             Loaded::Absent(reason) => {
@@ -473,20 +520,31 @@ fn used_textures(description: &SceneDescription, shapes: &[Shape]) -> Vec<usize>
 }
 
 impl Material {
-    /// Indices of the textures that it refers to.
-    pub fn textures(&self) -> Vec<usize> {
+    /// The colours that may come from textures or vertices.
+    fn colours(&self) -> impl Iterator<Item = ColourSource> {
         let colour = match &self.bsdf {
             Bsdf::Diffuse { reflectance } => Some(reflectance),
             Bsdf::Plastic { diffuse, .. } => Some(diffuse),
             Bsdf::Conductor { specular, .. } => Some(specular),
             Bsdf::Dielectric { .. } => None,
         };
-        let index = |source: &ColourSource| match source {
-            ColourSource::Texture(i) => Some(*i),
-            ColourSource::Constant(_) => None,
+        [colour.copied(), self.opacity].into_iter().flatten()
+    }
+
+    /// Indices of the textures that it refers to.
+    pub fn textures(&self) -> Vec<usize> {
+        let index = |source| match source {
+            ColourSource::Texture(i) => Some(i),
+            ColourSource::Constant(_) | ColourSource::Vertices => None,
         };
-        let colours = [colour, self.opacity.as_ref()];
-        let textures = colours.into_iter().flatten().filter_map(index);
-        textures.chain(self.bump.map(|(i, _)| i)).collect()
+        let textures = self.colours().filter_map(index);
+        let bump = self.bump.map(|(i, _)| i);
+        textures.chain(bump).chain(self.normals).collect()
+    }
+
+    /// Whether it takes the colours of vertices.
+    fn has_vertex_colours(&self) -> bool {
+        self.colours()
+            .any(|source| source == ColourSource::Vertices)
     }
 }

@@ -29,6 +29,8 @@ pub struct SceneDescription {
     pub exposure: f32,
     /// Path edges after the camera: 1 emission only, 2 direct light, 3 one indirect bounce.
     pub max_depth: u32,
+    /// Whether path tracing keeps what shines out of the camera's sight (Mitsuba's `hide_emitters`).
+    pub hides_lights: bool,
     pub views: Vec<View>,
     pub shapes: Vec<ShapeDescription>,
     /// Index 0 is used by shapes that name no material.
@@ -54,6 +56,8 @@ pub struct ShapeDescription {
     pub material: usize,
     /// Emitted radiance (W/(m² sr), linear RGB) on the side of the geometric normal.
     pub emission: Option<[f32; 3]>,
+    /// Texture whose colours, times the emission, are emitted: index into [`SceneDescription::textures`].
+    pub emission_texture: Option<usize>,
     /// Turns the winding, and so the emitting side, round.
     pub flip_normals: bool,
     /// Ignores vertex normals.
@@ -75,6 +79,7 @@ impl ShapeDescription {
             to_world: DMat4::IDENTITY,
             material: 0,
             emission: None,
+            emission_texture: None,
             flip_normals: false,
             face_normals: false,
             smooth_normals: false,

@@ -55,6 +55,12 @@ impl SceneDescription {
                 });
             }
         }
+        let shining = self.shapes.iter().filter_map(|s| s.emission_texture);
+        let shining = shining.filter_map(|i| self.textures.get(i)?.path());
+        absent.extend(shining.filter(|path| !path.exists()).map(|path| Absent {
+            what: format!("texture {} of a light", path.display()),
+            shines: needs.emitters,
+        }));
         if needs.textures {
             let used = self
                 .shapes

@@ -1,11 +1,12 @@
 //! One shape from its source to clean world-space triangles.
 
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
+use rayon::prelude::*;
 
-use super::mesh_obj::load_obj;
+use super::mesh_obj::ObjFile;
 use super::mesh_ply::load_ply;
 use super::mesh_serialized::load_serialized;
-use super::{Mesh, SceneError, ShapeDescription, ShapeSource, primitive, shapes};
+use super::{Mesh, SceneError, ShapeDescription, ShapeSource, primitive, shapes, textured_light};
 
 /// A triangle whose height is below this fraction of its longest edge has no area (f64 geometry of
 /// files with six to nine digits).
@@ -27,8 +28,34 @@ pub(super) struct WorldShape {
     pub reoriented: usize,
 }
 
+/// Shapes with their positions in the scene.
+pub(super) type Numbered<'a> = (usize, &'a ShapeDescription);
+
+/// Reads shapes that share their file, if they have one: an OBJ file is read once, however many materials it has. The
+/// first that fails ends it.
+pub(super) fn load_together(
+    shapes: &[Numbered],
+    normals: bool,
+) -> Vec<(usize, Result<Loaded, SceneError>)> {
+    let file = match &shapes[0].1.source {
+        ShapeSource::Obj { path, .. } if path.exists() => match ObjFile::read(path) {
+            Ok(file) => Some(file),
+            Err(error) => return vec![(shapes[0].0, Err(error))],
+        },
+        _ => None,
+    };
+    let shapes = shapes.par_iter();
+    shapes
+        .map(|(index, shape)| (*index, load_shape(shape, file.as_ref(), normals)))
+        .collect()
+}
+
 /// Reads, transforms and cleans a shape. Without `normals`, none are kept.
-pub(super) fn load_shape(shape: &ShapeDescription, normals: bool) -> Result<Loaded, SceneError> {
+fn load_shape(
+    shape: &ShapeDescription,
+    file: Option<&ObjFile>,
+    normals: bool,
+) -> Result<Loaded, SceneError> {
     if let Some(path) = shape.source.path()
         && !path.exists()
     {
@@ -38,13 +65,19 @@ pub(super) fn load_shape(shape: &ShapeDescription, normals: bool) -> Result<Load
             path.display()
         )));
     }
-    let mesh = read(shape)?;
+    let mut mesh = read(shape, file)?;
+    if shape.emission_texture.is_some() {
+        mesh = textured_light::cut(&mesh);
+    }
     Ok(Loaded::World(to_world(mesh, shape, normals)))
 }
 
-fn read(shape: &ShapeDescription) -> Result<Mesh, SceneError> {
+fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<Mesh, SceneError> {
     Ok(match &shape.source {
-        ShapeSource::Obj { path, part } => load_obj(path, part.as_deref())?,
+        ShapeSource::Obj { path, part } => match file {
+            Some(file) => file.mesh(part.as_deref())?,
+            None => ObjFile::read(path)?.mesh(part.as_deref())?,
+        },
         ShapeSource::Ply { path } => load_ply(path)?,
         ShapeSource::Serialized { path, index } => load_serialized(path, *index)?,
         ShapeSource::Gltf {
@@ -276,6 +309,7 @@ fn compact(mesh: &mut Mesh) {
     keep::<DVec3>(&mut mesh.positions, &new_index);
     keep::<Vec3>(&mut mesh.normals, &new_index);
     keep::<Vec2>(&mut mesh.uvs, &new_index);
+    keep::<[f32; 3]>(&mut mesh.colours, &new_index);
     for t in &mut mesh.triangles {
         *t = t.map(|i| new_index[i as usize]);
     }

@@ -6,6 +6,8 @@ pub enum ColourSource {
     Constant([f32; 3]),
     /// Index into the scene's textures.
     Texture(usize),
+    /// The colours of the vertices, interpolated; grey 0.5 where a mesh has none.
+    Vertices,
 }
 
 /// A surface material.
@@ -19,6 +21,8 @@ pub struct Material {
     pub opacity: Option<ColourSource>,
     /// Bump map: texture index and displacement scale in scene units per texture value.
     pub bump: Option<(usize, f32)>,
+    /// Normal map: texture whose colours, doubled and less 1, are normals along u, across it and out of the surface.
+    pub normals: Option<usize>,
 }
 
 /// How the normals of microfacets spread (Walter et al. 2007).
@@ -74,6 +78,7 @@ impl Material {
             two_sided: true,
             opacity: None,
             bump: None,
+            normals: None,
         }
     }
     /// Whether light can pass or be mirrored without being scattered, so that what the camera sees

@@ -10,11 +10,14 @@ pub struct Mesh {
     /// Unit vectors; a zero vector means "use the geometric normal".
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
+    /// Linear RGB.
+    pub colours: Vec<[f32; 3]>,
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// Appends another mesh. Attributes that only one of the two has are padded with zeros.
+    /// Appends another mesh. Attributes that only one of the two has are padded with zeros,
+    /// colours with grey.
     pub fn append(&mut self, other: &Mesh) {
         let base = self.positions.len();
         let pad = |mine: bool, theirs: bool| mine || theirs;
@@ -28,6 +31,11 @@ impl Mesh {
             self.uvs.resize(base, Vec2::ZERO);
             self.uvs.extend_from_slice(&other.uvs);
             self.uvs.resize(base + other.positions.len(), Vec2::ZERO);
+        }
+        if pad(!self.colours.is_empty(), !other.colours.is_empty()) {
+            self.colours.resize(base, [0.5; 3]);
+            self.colours.extend_from_slice(&other.colours);
+            self.colours.resize(base + other.positions.len(), [0.5; 3]);
         }
         self.positions.extend_from_slice(&other.positions);
         self.triangles

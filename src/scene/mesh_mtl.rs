@@ -2,7 +2,7 @@
 //!
 //! Read here and not by `tobj`, whose MTL parser panics on colours with fewer than three numbers.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::obj_text::{plain_obj, statements};
@@ -78,8 +78,12 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
     let text = plain_obj(&bytes);
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut declared = Vec::new();
+    let mut read = HashSet::new();
     for names in text.lines().filter_map(|l| value_of(l, "mtllib")) {
         for library in libraries(folder, names) {
+            if !read.insert(library.clone()) {
+                continue;
+            }
             match std::fs::read(&library) {
                 Ok(bytes) => declared.extend(parse_mtl(&decoded(&bytes), &library, &mut notes)),
                 Err(error) => {
@@ -92,6 +96,10 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
     if used.is_empty() {
         return Ok((Vec::new(), notes));
     }
+    let mut by_name = HashMap::new();
+    for material in &declared {
+        by_name.entry(material.name.as_str()).or_insert(material);
+    }
     let lines = text.lines().map(str::trim_start);
     let mut until_first = lines.take_while(|l| value_of(l, "usemtl").is_none());
     // Faces before the first `usemtl` have the material without a name.
@@ -99,8 +107,8 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
     let nameless = nameless.then(|| MtlMaterial::grey(""));
     let named = used
         .iter()
-        .map(|name| match declared.iter().find(|m| m.name == *name) {
-            Some(material) => material.clone(),
+        .map(|name| match by_name.get(name) {
+            Some(&material) => material.clone(),
             None => {
                 notes.push(format!(
                     "material `{name}` is in no library: grey 0.5 instead"
@@ -145,6 +153,13 @@ fn value_of<'a>(line: &'a str, keyword: &str) -> Option<&'a str> {
     let rest = line.trim_start().strip_prefix(keyword)?;
     let value = rest.trim();
     (rest.starts_with(char::is_whitespace) && !value.is_empty()).then_some(value)
+}
+
+/// The materials of a library and what is not understood of it.
+pub(super) fn read_mtl(bytes: &[u8], path: &Path) -> (Vec<MtlMaterial>, Vec<String>) {
+    let mut notes = Vec::new();
+    let materials = parse_mtl(&decoded(bytes), path, &mut notes);
+    (materials, notes)
 }
 
 /// The materials of a library; what is not understood is noted and left out.

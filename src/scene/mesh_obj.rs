@@ -1,9 +1,11 @@
 //! Wavefront OBJ through `tobj`, with the checks and line numbers that it lacks.
 
 use std::borrow::Cow;
+use std::cell::Cell;
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -12,97 +14,106 @@ use super::obj_text::plain_obj;
 use super::text::{advice, file_error};
 use super::{Mesh, SceneError};
 
-/// Loads all faces of an OBJ file, or those of the object or group called `part`, or, for a `part`
-/// like `usemtl stone`, those of one material.
-///
-/// Polygons become fans, relative indices are resolved; material libraries are
-/// [`super::mesh_mtl`]'s. Corners
-/// without normal get a zero one, corners without texture coordinate (0, 0). Fails with the line on
-/// anything that cannot be read, on indices out of range, and on files without a face (truncated).
-pub(super) fn load_obj(path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
-    parse_obj(&bytes, path, part)
+/// An OBJ file that was read, to be divided among the shapes that are made of it.
+pub(super) struct ObjFile {
+    path: PathBuf,
+    models: Vec<tobj::Model>,
+    /// Where the faces of each object, of each group and of each material (`usemtl stone`) are in `models`.
+    parts: HashMap<String, Vec<usize>>,
 }
 
-fn parse_obj(bytes: &[u8], path: &Path, part: Option<&str>) -> Result<Mesh, SceneError> {
-    let plain = plain_obj(bytes);
-    let at = |(line, message): (usize, String)| SceneError::At {
-        file: path.to_owned(),
-        line,
-        column: 1,
-        message,
-    };
-    let survey = Survey::of(&plain).map_err(at)?;
-    let text = if survey.is_mixed() {
-        Cow::Owned(complete_corners(&plain))
-    } else {
-        Cow::Borrowed(plain.as_str())
-    };
-    let options = tobj::LoadOptions {
-        single_index: true,
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-    };
-    // Stands for all libraries: every material by its name, so that models are split by material.
-    let names = used_materials(&text);
-    let library = |_: &Path| {
-        let material = |name: &&str| tobj::Material {
-            name: (*name).to_owned(),
-            ..Default::default()
+impl ObjFile {
+    /// Reads all faces of a file.
+    ///
+    /// Polygons become fans, relative indices are resolved; material libraries are
+    /// [`super::mesh_mtl`]'s. Corners
+    /// without normal get a zero one, corners without texture coordinate (0, 0). Fails with the line on
+    /// anything that cannot be read, on indices out of range, and on files without a face (truncated).
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+        Self::parse(&bytes, path)
+    }
+
+    /// The bytes of a file; `path` is for messages.
+    pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, SceneError> {
+        let plain = plain_obj(bytes);
+        let at = |(line, message): (usize, String)| SceneError::At {
+            file: path.to_owned(),
+            line,
+            column: 1,
+            message,
         };
-        let indices = names
-            .iter()
-            .enumerate()
-            .map(|(i, name)| ((*name).to_owned(), i));
-        Ok((names.iter().map(material).collect(), indices.collect()))
-    };
-    let mut reader = "mtllib all\n".as_bytes().chain(text.as_bytes());
-    let (models, _) =
-        tobj::load_obj_buf(&mut reader, &options, library).map_err(
-            |error| match unreadable_line(&plain) {
+        let survey = Survey::of(&plain).map_err(at)?;
+        let text = if survey.is_mixed() {
+            Cow::Owned(complete_corners(&plain))
+        } else {
+            Cow::Borrowed(plain.as_str())
+        };
+        let options = tobj::LoadOptions {
+            single_index: true,
+            triangulate: true,
+            ignore_points: true,
+            ignore_lines: true,
+        };
+        // Stands for all libraries: every material by its name, so that models are split by material.
+        let names = used_materials(&text);
+        let asked = Cell::new(false);
+        let library = |_: &Path| {
+            let names: &[&str] = if asked.replace(true) { &[] } else { &names };
+            let material = |name: &&str| tobj::Material {
+                name: (*name).to_owned(),
+                ..Default::default()
+            };
+            let indices = names
+                .iter()
+                .enumerate()
+                .map(|(i, name)| ((*name).to_owned(), i));
+            Ok((names.iter().map(material).collect(), indices.collect()))
+        };
+        let mut reader = "mtllib all\n".as_bytes().chain(text.as_bytes());
+        let (models, _) = tobj::load_obj_buf(&mut reader, &options, library).map_err(|error| {
+            match unreadable_line(&plain) {
                 Some(found) => at(found),
                 None => file_error(path, error.to_string()),
-            },
-        )?;
-    collect(&models, &names, path, part)
-}
-
-/// Joins the chosen models into one mesh.
-fn collect(
-    models: &[tobj::Model],
-    materials: &[&str],
-    path: &Path,
-    part: Option<&str>,
-) -> Result<Mesh, SceneError> {
-    let material_of = |model: &tobj::Model| {
-        let index = model.mesh.material_id? % materials.len().max(1);
-        materials.get(index).copied()
-    };
-    let chosen = |model: &tobj::Model| match part {
-        None => true,
-        Some(name) => match name.strip_prefix("usemtl ") {
-            Some(material) => material_of(model).unwrap_or("") == material,
-            None => name == model.name,
-        },
-    };
-    let mut mesh = Mesh::default();
-    let mut found = false;
-    for model in models.iter().filter(|m| chosen(m)) {
-        found |= !model.mesh.indices.is_empty();
-        mesh.append(&convert(&model.mesh));
-    }
-    match part {
-        Some(name) if !found => {
-            let mut names: Vec<String> = models.iter().map(|m| m.name.clone()).collect();
-            names.extend(materials.iter().map(|m| format!("usemtl {m}")));
-            names.sort_unstable();
-            names.dedup();
-            let known: Vec<&str> = names.iter().map(String::as_str).collect();
-            let message = format!("no object or group `{name}`; {}", advice(name, &known));
-            Err(file_error(path, message))
+            }
+        })?;
+        let mut parts: HashMap<String, Vec<usize>> = HashMap::new();
+        for (index, model) in models.iter().enumerate() {
+            if model.mesh.indices.is_empty() {
+                continue;
+            }
+            let material = model.mesh.material_id.and_then(|i| names.get(i).copied());
+            let material = format!("usemtl {}", material.unwrap_or(""));
+            for name in [model.name.clone(), material] {
+                parts.entry(name).or_default().push(index);
+            }
         }
-        _ => Ok(mesh),
+        Ok(Self {
+            path: path.to_owned(),
+            models,
+            parts,
+        })
+    }
+
+    /// All faces, or those of the object or group called `part`, or, for a `part` like `usemtl stone`, those of one
+    /// material.
+    pub fn mesh(&self, part: Option<&str>) -> Result<Mesh, SceneError> {
+        let mut mesh = Mesh::default();
+        let Some(name) = part else {
+            let all = self.models.iter();
+            all.for_each(|model| mesh.append(&convert(&model.mesh)));
+            return Ok(mesh);
+        };
+        let Some(chosen) = self.parts.get(name) else {
+            let mut known: Vec<&str> = self.parts.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            let message = format!("no object or group `{name}`; {}", advice(name, &known));
+            return Err(file_error(&self.path, message));
+        };
+        for &index in chosen {
+            mesh.append(&convert(&self.models[index].mesh));
+        }
+        Ok(mesh)
     }
 }
 
@@ -123,6 +134,7 @@ fn convert(mesh: &tobj::Mesh) -> Mesh {
             .chunks_exact(2)
             .map(|t| Vec2::new(t[0] as f32, t[1] as f32))
             .collect(),
+        colours: Vec::new(),
         triangles: mesh
             .indices
             .chunks_exact(3)
@@ -314,7 +326,9 @@ mod tests {
     const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0.5 0\n";
 
     fn parse(text: &str) -> Result<Mesh, String> {
-        parse_obj(text.as_bytes(), Path::new("t.obj"), None).map_err(|e| e.to_string())
+        let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj"));
+        file.and_then(|file| file.mesh(None))
+            .map_err(|e| e.to_string())
     }
 
     #[test]
@@ -364,11 +378,22 @@ mod tests {
         let text = format!(
             "mtllib gone.mtl\n{CORNERS}g left\nusemtl stone\nf 1 2 3\ng right\nf 1 3 4\nf 1 4 5\n"
         );
-        let part = |name| parse_obj(text.as_bytes(), Path::new("t.obj"), Some(name));
+        let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
+        let part = |name| file.mesh(Some(name));
         assert_eq!(part("right").unwrap().triangles.len(), 2);
         let error = part("rihgt").unwrap_err().to_string();
         assert!(error.contains("did you mean `right`"), "{error}");
         assert_eq!(part("usemtl stone").unwrap().triangles.len(), 3);
+    }
+
+    #[test]
+    fn libraries_named_again_and_again_do_not_mix_materials_up() {
+        let text = format!(
+            "{CORNERS}mtllib a.mtl\nusemtl one\nf 1 2 3\nmtllib b.mtl\nusemtl two\nf 1 3 4\nf 1 4 5\n"
+        );
+        let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
+        let count = |name| file.mesh(Some(name)).unwrap().triangles.len();
+        assert_eq!([count("usemtl one"), count("usemtl two")], [1, 2]);
     }
 
     #[test]

@@ -20,7 +20,8 @@ pub(super) fn load_ply(path: &Path) -> Result<Mesh, SceneError> {
     parse_ply(&bytes, path)
 }
 
-fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
+/// [`load_ply`] of the bytes of a file; messages name `path`.
+pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
     let bytes = plain(bytes);
     let mut reader = Reader::new(Cursor::new(bytes.as_ref()));
     let header = Parser::<Vertex>::new()
@@ -50,6 +51,12 @@ fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
                         has("nx"),
                         UV_NAMES.iter().any(|n| has(n)),
                     );
+                    if COLOUR_NAMES
+                        .iter()
+                        .any(|names| names.iter().all(|n| has(n)))
+                    {
+                        mesh.colours = vertices.iter().map(|v| v.colour).collect();
+                    }
                 }),
             "face" => Parser::<Face>::new()
                 .read_payload_for_element(&mut reader, element, &header)
@@ -190,6 +197,9 @@ fn add_faces(mesh: &mut Mesh, faces: &[Face]) -> Result<(), String> {
     }
 }
 
+/// Names of the channels of colours.
+const COLOUR_NAMES: [[&str; 3]; 2] = [["red", "green", "blue"], ["r", "g", "b"]];
+
 const UV_NAMES: [&str; 6] = ["u", "v", "s", "t", "texture_u", "texture_v"];
 
 #[derive(Default)]
@@ -197,6 +207,7 @@ struct Vertex {
     position: DVec3,
     normal: Vec3,
     uv: Vec2,
+    colour: [f32; 3],
 }
 
 impl PropertyAccess for Vertex {
@@ -217,9 +228,21 @@ impl PropertyAccess for Vertex {
             "nz" => self.normal.z = value as f32,
             "u" | "s" | "texture_u" => self.uv.x = value as f32,
             "v" | "t" | "texture_v" => self.uv.y = value as f32,
+            "red" | "r" => self.colour[0] = value as f32 / full(&property),
+            "green" | "g" => self.colour[1] = value as f32 / full(&property),
+            "blue" | "b" => self.colour[2] = value as f32 / full(&property),
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
+    }
+}
+
+/// What stands for 1 in a channel of this type.
+fn full(property: &Property) -> f32 {
+    match property {
+        Property::UChar(_) => 255.0,
+        Property::UShort(_) => 65_535.0,
+        _ => 1.0,
     }
 }
 

@@ -22,10 +22,11 @@ const IS_DOUBLE: u32 = 0x2000;
 /// Loads mesh number `index` of a file; damage is reported with the byte offset of the mesh.
 pub(super) fn load_serialized(path: &Path, index: usize) -> Result<Mesh, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
-    parse(&bytes, index).map_err(|message| file_error(path, message))
+    parse_serialized(&bytes, index).map_err(|message| file_error(path, message))
 }
 
-fn parse(bytes: &[u8], index: usize) -> Result<Mesh, String> {
+/// [`load_serialized`] of the bytes of a file.
+pub(super) fn parse_serialized(bytes: &[u8], index: usize) -> Result<Mesh, String> {
     let (offset, end, version) = locate(bytes, index)?;
     let mut stream = Stream {
         inner: flate2::read::ZlibDecoder::new(&bytes[offset + 4..end]),
@@ -240,7 +241,7 @@ mod tests {
     fn both_versions_and_precisions_are_read() {
         for version in [3, 4] {
             for double in [false, true] {
-                let mesh = parse(&file(version, 3, double), 2).unwrap();
+                let mesh = parse_serialized(&file(version, 3, double), 2).unwrap();
                 assert_eq!(mesh.positions[1], DVec3::new(1.0, 0.0, 2.0));
                 assert_eq!(mesh.uvs[2], Vec2::Y);
                 assert_eq!(mesh.triangles, [[0, 1, 2]]);
@@ -253,22 +254,25 @@ mod tests {
     fn every_truncation_is_refused() {
         let whole = file(4, 2, false);
         for length in 0..whole.len() {
-            assert!(parse(&whole[..length], 0).is_err(), "{length} bytes");
+            assert!(
+                parse_serialized(&whole[..length], 0).is_err(),
+                "{length} bytes"
+            );
         }
     }
 
     #[test]
     fn errors_say_what_is_there() {
         assert_eq!(
-            parse(&file(4, 2, false), 2).unwrap_err(),
+            parse_serialized(&file(4, 2, false), 2).unwrap_err(),
             "mesh 2 is asked for, the file has 2 (from 0)"
         );
         let mut damaged = file(4, 1, false);
         damaged[12] ^= 0xff;
-        let error = parse(&damaged, 0).unwrap_err();
+        let error = parse_serialized(&damaged, 0).unwrap_err();
         assert!(error.starts_with("mesh 0 at byte offset 0: "), "{error}");
         assert!(
-            parse(b"PK\x03\x04....", 0)
+            parse_serialized(b"PK\x03\x04....", 0)
                 .unwrap_err()
                 .contains("not a Mitsuba")
         );

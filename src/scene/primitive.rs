@@ -21,6 +21,7 @@ pub(super) fn rectangle() -> Mesh {
         uvs: corners
             .map(|(x, y)| Vec2::new(x as f32 * 0.5 + 0.5, y as f32 * 0.5 + 0.5))
             .to_vec(),
+        colours: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     }
 }

@@ -183,6 +183,12 @@ fn srgb_table() -> &'static [f32; 256] {
     TABLE.get_or_init(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)))
 }
 
+/// Decodes the bytes of an 8- or 16-bit image as textures are; messages name `path`.
+pub(super) fn try_texture(bytes: &[u8], path: &Path) -> Result<(), SceneError> {
+    let description = TextureDescription::file(path.to_owned());
+    decode_texels(Cursor::new(bytes), path, &description).map(|_| ())
+}
+
 fn load_texels(
     path: &Path,
     description: &TextureDescription,

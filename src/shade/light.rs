@@ -98,9 +98,9 @@ impl<'a> Lights<'a> {
         let mut total = 0.0;
         let scene = self.scene;
         for (shape, first) in scene.shapes.iter().zip(&mut self.first_of_shape) {
-            let Some(emission) = shape.emission.filter(|e| usable(*e) > 0.0) else {
+            if shape.emission.is_none_or(|mean| usable(mean) <= 0.0) {
                 continue;
-            };
+            }
             *first = Some(self.triangles.len() as u32);
             let range = shape.first_triangle as usize..;
             let corners = &scene.triangles[range][..shape.triangle_count as usize];
@@ -109,6 +109,7 @@ impl<'a> Lights<'a> {
                 let edges = [p1 - p0, p2 - p0];
                 let doubled = edges[0].as_dvec3().cross(edges[1].as_dvec3());
                 let area = 0.5 * doubled.length();
+                let emission = shape.emission_of(number).unwrap_or_default();
                 total += area * usable(emission) * std::f64::consts::PI;
                 self.triangle_power.push(total);
                 self.triangles.push(EmittingTriangle {
@@ -242,6 +243,11 @@ impl<'a> Lights<'a> {
             Some(light) if at.view.dot(at.geometric_normal) > 0.0 => light.emission,
             _ => Vec3::ZERO,
         }
+    }
+
+    /// Whether a surface emits, on either side.
+    pub fn shines(&self, at: &Interaction) -> bool {
+        self.triangle_of(at).is_some()
     }
 
     /// Density (1/sr) with which [`Lights::sample`] finds the emitting point `at`, `distance` away

@@ -82,6 +82,20 @@ impl<'a> PathTracer<'a> {
         self.follow(caster, (ray, hit), rng, depths).into()
     }
 
+    /// What a ray meets behind all that shines, and the ray from there; `None` where that is nothing.
+    pub fn behind_lights(&self, caster: &Caster, mut ray: Ray) -> Option<(Ray, Hit)> {
+        // More lights than this one behind another are not looked through.
+        for _ in 0..64 {
+            let hit = caster.closest(&ray)?;
+            let at = self.surfaces.interact(&hit, ray.direction);
+            if !self.lights.shines(&at) {
+                return Some((ray, hit));
+            }
+            ray = self.lights.spawn(&at, ray.direction);
+        }
+        None
+    }
+
     /// [`PathTracer::radiance`] along a ray whose first hit is known.
     pub fn follow(
         &self,

@@ -43,6 +43,15 @@ pub struct Interaction<'a> {
     local_view: Vec3,
 }
 
+/// Where on a triangle colours are looked up.
+struct Place {
+    uv: Vec2,
+    /// Vertices of the triangle.
+    corners: [usize; 3],
+    /// Barycentric, of the corners.
+    weights: [f32; 3],
+}
+
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
@@ -100,6 +109,10 @@ impl<'a> Surfaces<'a> {
                 normal = -normal;
             }
         }
+        if let Some(texture) = material.and_then(|m| m.normals) {
+            let [along, _] = uv_tangents([e1, e2], corner_uvs, shading_normal);
+            normal = self.mapped_normal(texture, uv, [along, shading_normal]);
+        }
         let frame = Frame::from_normal(normal);
         let view = -direction;
         Interaction {
@@ -109,28 +122,45 @@ impl<'a> Surfaces<'a> {
             uv,
             shape,
             triangle: hit.triangle,
-            bsdf: material.map_or_else(grey, |m| self.resolve(m, index, uv)),
+            bsdf: material.map_or_else(grey, |m| {
+                self.resolve(
+                    m,
+                    index,
+                    &Place {
+                        uv,
+                        corners,
+                        weights,
+                    },
+                )
+            }),
             frame,
             view,
             local_view: frame.to_local(view),
         }
     }
 
-    fn colour(&self, source: ColourSource, uv: Vec2) -> Vec3 {
+    fn colour(&self, source: ColourSource, place: &Place) -> Vec3 {
         match source {
             ColourSource::Constant(rgb) => rgb.into(),
             ColourSource::Texture(index) => self
                 .scene
                 .textures
                 .get(index)
-                .map_or(Vec3::splat(0.5), |t| t.lookup(uv).into()),
+                .map_or(Vec3::splat(0.5), |t| t.lookup(place.uv).into()),
+            ColourSource::Vertices => {
+                let corner = |k: usize| {
+                    let colour = self.scene.colours.get(place.corners[k]);
+                    place.weights[k] * colour.map_or(Vec3::splat(0.5), |c| Vec3::from(*c))
+                };
+                (0..3).map(corner).sum()
+            }
         }
     }
 
-    fn resolve(&self, material: &Material, index: usize, uv: Vec2) -> LocalBsdf<'_> {
+    fn resolve(&self, material: &Material, index: usize, place: &Place) -> LocalBsdf<'_> {
         let model = match &material.bsdf {
             Bsdf::Diffuse { reflectance } => Model::Diffuse(Diffuse {
-                reflectance: self.colour(*reflectance, uv),
+                reflectance: self.colour(*reflectance, place),
             }),
             Bsdf::Plastic {
                 diffuse,
@@ -139,7 +169,7 @@ impl<'a> Surfaces<'a> {
                 ..
             } => Model::Plastic(Plastic {
                 coating: &self.coatings[self.coating_of[index]],
-                diffuse: self.colour(*diffuse, uv),
+                diffuse: self.colour(*diffuse, place),
                 specular: (*specular).into(),
                 nonlinear: *nonlinear,
             }),
@@ -153,7 +183,7 @@ impl<'a> Surfaces<'a> {
                 let metal = Conductor {
                     eta: (*eta).into(),
                     k: (*k).into(),
-                    specular: self.colour(*specular, uv),
+                    specular: self.colour(*specular, place),
                 };
                 if *alpha > 0.0 {
                     Model::RoughConductor(metal, Microfacets::new(*distribution, *alpha))
@@ -174,13 +204,27 @@ impl<'a> Surfaces<'a> {
             }),
         };
         let opacity = material.opacity.map_or(1.0, |source| {
-            luminance(self.colour(source, uv).into()).clamp(0.0, 1.0)
+            luminance(self.colour(source, place).into()).clamp(0.0, 1.0)
         });
         LocalBsdf {
             model,
             two_sided: material.two_sided,
             opacity,
         }
+    }
+
+    /// The normal that a texture holds, about a shading normal with u along a tangent.
+    fn mapped_normal(&self, texture: usize, uv: Vec2, [along, normal]: [Vec3; 2]) -> Vec3 {
+        let Some(texture) = self.scene.textures.get(texture) else {
+            return normal;
+        };
+        let [x, y, z] = texture.lookup(uv).map(|value| 2.0 * value - 1.0);
+        let tangent = along.reject_from_normalized(normal).try_normalize();
+        let Some(tangent) = tangent else {
+            return normal;
+        };
+        let mapped = tangent * x + normal.cross(tangent) * y + normal * z;
+        mapped.try_normalize().unwrap_or(normal)
     }
 
     /// Derivatives of a texture's luminance by u and v, by differences of a tenth of a texel.

@@ -1,5 +1,7 @@
 //! Path tracing: a technique of its own, whose contenders trace fewer paths, and the truth of others.
 
+use glam::Vec3;
+
 use super::{
     ContenderEntry, SAMPLES, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
     each_pixel, path_samples, running_mean,
@@ -32,7 +34,12 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: Parameters::PARAMETERS,
     },
-    build: |table| Ok(Box::new(Truth::new(table, None, CONTENDERS)?)),
+    build: |table| {
+        Ok(Box::new(Truth {
+            may_hide_lights: true,
+            ..Truth::new(table, None, CONTENDERS)?
+        }))
+    },
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
     units: &[&SAMPLES],
     default_method: "reference",
@@ -56,6 +63,8 @@ pub struct Truth {
     /// Replaces the scene's.
     max_depth: Option<u32>,
     contenders: &'static [ContenderEntry<Truth>],
+    /// Whether lights are out of sight in scenes that ask for it: not where others are compared with it, which see them.
+    may_hide_lights: bool,
 }
 
 impl Truth {
@@ -68,6 +77,7 @@ impl Truth {
             parameters: Parameters::read(table)?,
             max_depth,
             contenders,
+            may_hide_lights: false,
         })
     }
 
@@ -78,6 +88,7 @@ impl Truth {
             stream: CONTENDER_STREAM,
             seed,
             max_depth: self.max_depth.unwrap_or(shot.scene.max_depth),
+            hides_lights: self.may_hide_lights && shot.scene.hides_lights,
         }
     }
 }
@@ -93,6 +104,7 @@ impl Technique for Truth {
             stream: STREAM,
             seed: self.parameters.seed,
             max_depth: self.max_depth.unwrap_or(shot.scene.max_depth),
+            hides_lights: self.may_hide_lights && shot.scene.hides_lights,
         })
     }
 
@@ -136,6 +148,7 @@ pub(super) struct TracedPaths<'a> {
     stream: u64,
     seed: u64,
     max_depth: u32,
+    hides_lights: bool,
 }
 
 impl ShadingFunction for TracedPaths<'_> {
@@ -153,10 +166,14 @@ impl ShadingFunction for TracedPaths<'_> {
             let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
             let ray = Ray::new(origin, self.shot.view.direction(x, y, size));
             let depths = Depths::up_to(self.max_depth);
-            self.shot
-                .paths
-                .radiance(caster, ray, &mut rng, depths)
-                .into()
+            let paths = &self.shot.paths;
+            if !self.hides_lights {
+                return paths.radiance(caster, ray, &mut rng, depths).into();
+            }
+            match paths.behind_lights(caster, ray) {
+                Some((ray, hit)) => paths.follow(caster, (ray, Some(hit)), &mut rng, depths),
+                None => Vec3::ZERO,
+            }
         })
     }
 }

@@ -10,6 +10,8 @@ pub struct Unit {
     pub heading: &'static str,
     /// Whether it is seconds; otherwise whole things are counted.
     pub is_timed: bool,
+    /// The largest amount that is taken.
+    pub most: f64,
     /// Whether a config's amount is of an image at full size, and shrinks with its pixels.
     pub is_of_image: bool,
     /// What a single image of so many pixels gets unless it is told.
@@ -36,6 +38,8 @@ pub static CACHES: Unit = Unit {
     key: "caches",
     heading: "records",
     is_timed: false,
+    // Records are counted in 32 bits; more than there are shading points are never made.
+    most: u32::MAX as f64,
     is_of_image: true,
     // The records per pixel of 120,000 at full HD.
     usual: |pixels| (pixels * 120_000.0 / (1920.0 * 1080.0)).round().max(1.0),
@@ -47,6 +51,7 @@ pub static LIGHTS: Unit = Unit {
     key: "lights",
     heading: "rays a point",
     is_timed: false,
+    most: (1 << 20) as f64,
     is_of_image: false,
     usual: |_| 16.0,
     rays: |amount, image| image.samples * (1.0 + amount),
@@ -57,6 +62,7 @@ pub static SAMPLES: Unit = Unit {
     key: "samples",
     heading: "paths a pixel",
     is_timed: false,
+    most: (1 << 24) as f64,
     is_of_image: false,
     usual: |_| 1.0,
     rays: |amount, image| image.pixels * amount * image.rays_per_evaluation,
@@ -67,6 +73,8 @@ pub static SECONDS: Unit = Unit {
     key: "seconds",
     heading: "s",
     is_timed: true,
+    // A day.
+    most: 86_400.0,
     is_of_image: false,
     usual: |_| 1.0,
     rays: |amount, image| image.samples + amount * RAYS_PER_SECOND,

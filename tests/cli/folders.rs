@@ -145,7 +145,7 @@ fn provenance_tells_what_the_environment_hid() {
     assert_eq!(without["hidden_instruction_sets"], hidden);
 }
 
-/// A misspelt parameter is no error for the importer, but nothing that may go unsaid.
+/// What Mitsuba knows and we leave out is no error, but nothing that may go unsaid.
 #[test]
 fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
     let place = Place::new();
@@ -153,7 +153,7 @@ fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
 <sensor type="perspective"><float name="fov" value="42"/>
 <transform name="to_world"><lookat origin="0, 1, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
 <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="16"/></film></sensor>
-<shape type="sphere"><float name="raduis" value="0.5"/></shape>
+<shape type="sphere"><bsdf type="roughdiffuse"><boolean name="use_fast_approx" value="true"/></bsdf></shape>
 </scene>"#;
     place.write("ball.xml", scene);
     let text = experiment("ambient-occlusion", "IM")
@@ -165,18 +165,21 @@ fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
     let run = place.lightbench(&["run", "ball.toml", "--out", "out"]);
     assert_eq!(run.code, 0, "{}", run.err);
     assert_eq!(
-        run.err.matches("`raduis`").count(),
+        run.err.matches("`use_fast_approx`").count(),
         1,
         "once a scene: {}",
         run.err
     );
     for row in place.rows("out") {
-        assert!(row["notes"].to_string().contains("`raduis`"), "{row}");
+        assert!(
+            row["notes"].to_string().contains("`use_fast_approx`"),
+            "{row}"
+        );
     }
     for file in ["provenance.json", "report.html"] {
         let text = fs::read_to_string(place.path().join("out").join(file)).expect("there");
-        assert!(text.contains("raduis"), "{file}");
+        assert!(text.contains("use_fast_approx"), "{file}");
     }
     let output = place.lightbench(&["render", "ball.xml", "--json", "--out", "o.exr"]);
-    assert!(output.err.contains("`raduis`") && output.out.contains("`raduis`"));
+    assert!(output.err.contains("`use_fast_approx`") && output.out.contains("`use_fast_approx`"));
 }

@@ -75,6 +75,11 @@ const GALLERY: &[Entry] = &[
         room::fireside,
     ),
     entry("night-street", "many small lamps at night", night::street),
+    entry(
+        "night-lamps",
+        "a few small lamps far apart at night",
+        night::lamps,
+    ),
     entry("night-city", "lit windows and signs at night", night::city),
     entry("texel", "one bright texel in a dim surround", paint::texel),
     entry(

@@ -39,6 +39,27 @@ pub fn street() -> Image {
     })
 }
 
+/// Lamps of a wide place, about 20° apart all around: the mean of any two is dark.
+pub fn lamps() -> Image {
+    let mut rng = Rng::new(15, 0x6c61_6d70, 0, 0);
+    let lamps: Vec<Lamp> = (0..36)
+        .map(|i| Lamp {
+            direction: towards(
+                20.0 * f64::from(i) + 8.0 * rng.next_f64(),
+                [12.0, 34.0][i as usize / 18] + 5.0 * rng.next_f64(),
+            ),
+            radius_rad: 0.012,
+            radiance: Vec3::new(1.0, 0.8, 0.5) * (60.0 * (0.5 + rng.next_f32())),
+        })
+        .collect();
+    filled(2, |d| {
+        let base = Vec3::new(0.8, 0.9, 1.0) * if d.y < 0.0 { 0.02 } else { 0.005 };
+        lamps.iter().fold(base, |sum, lamp| {
+            sum + lamp.radiance * disc(d, lamp.direction, lamp.radius_rad)
+        })
+    })
+}
+
 /// Facades of lit windows, and signs.
 pub fn city() -> Image {
     let mut rng = Rng::new(12, 0x6369_7479, 0, 0);

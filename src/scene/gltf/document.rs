@@ -43,7 +43,12 @@ impl GltfFile {
     /// Reads the JSON of a file; no buffer or image is opened.
     pub(super) fn parse(path: &Path) -> Result<Self, SceneError> {
         let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
-        let container = split(&bytes).map_err(|message| file_error(path, message))?;
+        Self::parse_bytes(path, &bytes)
+    }
+
+    /// [`GltfFile::parse`] of the bytes of the file.
+    pub(super) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
+        let container = split(bytes).map_err(|message| file_error(path, message))?;
         let document = Document {
             path: path.to_owned(),
             root: parse_root(path, container.json)?,

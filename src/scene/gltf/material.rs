@@ -55,6 +55,7 @@ impl Importer<'_> {
             two_sided: declared.double_sided,
             opacity: self.opacity(&surface)?,
             bump: None,
+            normals: None,
         };
         self.note_dropped(declared);
         self.scene.materials.push(material);

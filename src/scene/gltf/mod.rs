@@ -46,6 +46,12 @@ pub(super) fn load_gltf(path: &Path, name: &str) -> Result<SceneDescription, Sce
     Importer::new(&file, name).import()
 }
 
+/// [`load_gltf`] of the bytes of a file; its buffers are data URIs, or those of files beside `path`.
+pub(super) fn parse_gltf(bytes: &[u8], path: &Path) -> Result<SceneDescription, SceneError> {
+    let file = GltfFile::parse_bytes(path, bytes)?;
+    Importer::new(&file, "bytes").import()
+}
+
 /// The state of one import.
 struct Importer<'a> {
     file: &'a GltfFile,

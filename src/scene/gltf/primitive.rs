@@ -82,6 +82,7 @@ impl Reader<'_> {
                 .collect(),
             normals: normals.into_iter().map(Vec3::from).collect(),
             uvs: uvs.into_iter().map(Vec2::from).collect(),
+            colours: Vec::new(),
             triangles: Vec::new(),
         })
     }

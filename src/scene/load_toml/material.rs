@@ -72,6 +72,7 @@ impl Loader {
                 two_sided,
                 opacity,
                 bump: None,
+                normals: None,
             });
         }
         Ok(())

@@ -54,7 +54,8 @@ impl<'a> Importer<'a> {
             }
             "mask" => return self.mask(element, depth),
             "bumpmap" => return self.bump_map(element, depth),
-            "normalmap" | "coating" | "roughcoating" => {
+            "normalmap" => return self.normal_map(element, depth),
+            "coating" | "roughcoating" => {
                 let kind = element.kind();
                 self.note(format!("`{kind}` around a material is dropped"));
                 return self.unwrapped(element, depth);
@@ -183,7 +184,32 @@ impl<'a> Importer<'a> {
                     inner.bump = Some((index, scale * factor))
                 }
                 (ColourSource::Constant(_), _) => self.note("a constant bump map is dropped"),
+                (ColourSource::Vertices, _) => {
+                    return Err(texture.error("colours of vertices are no bump map"));
+                }
             }
+        }
+        Ok(inner)
+    }
+
+    fn normal_map(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let texture = element
+            .children
+            .iter()
+            .find(|c| self.resolved(c).is_ok_and(|r| r.tag == "texture"));
+        let mut inner = self.inner(element, depth)?;
+        let Some(texture) = texture else {
+            return Err(element.error("`normalmap` needs a texture inside"));
+        };
+        match self.scaled_source(texture)? {
+            (ColourSource::Texture(index), 1.0) => {
+                inner.normals = Some(index);
+                self.note(
+                    "`normalmap`: normals that face away from the viewer are black and terminators hard, as before \
+                     version 3.6 of Mitsuba",
+                );
+            }
+            _ => return Err(texture.error("normals come from a bitmap, without a scale around it")),
         }
         Ok(inner)
     }
@@ -388,6 +414,7 @@ fn one_sided(bsdf: Bsdf) -> Material {
         two_sided: false,
         opacity: None,
         bump: None,
+        normals: None,
     }
 }
 

@@ -38,6 +38,11 @@ impl Element {
             .map(|(_, v)| v.as_str())
     }
 
+    /// The names of its attributes.
+    pub fn attribute_names(&self) -> impl Iterator<Item = &str> {
+        self.attributes.iter().map(|(name, _)| name.as_str())
+    }
+
     /// The plugin: attribute `type`.
     pub fn kind(&self) -> &str {
         self.attribute("type").unwrap_or("")

@@ -10,6 +10,7 @@ mod cie;
 mod conductor;
 mod element;
 mod emitter;
+mod known_names;
 mod light;
 mod sensor;
 mod shape;
@@ -20,9 +21,9 @@ mod transform;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use element::{Document, Element, read_document};
+use element::{Document, Element, parse_document, read_document};
 
-use super::text::advice;
+use super::text::{advice, decoded_xml, file_error};
 use super::{Material, SceneDescription, SceneError};
 
 /// Depth that stands for Mitsuba's unlimited −1.
@@ -34,8 +35,17 @@ pub(super) fn load_mitsuba(file: &Path, name: &str) -> Result<SceneDescription, 
     import(&document, file, name)
 }
 
+/// [`load_mitsuba`] of the bytes of a file.
+pub(super) fn parse_mitsuba(bytes: &[u8], file: &Path) -> Result<SceneDescription, SceneError> {
+    let text = decoded_xml(bytes).map_err(|why| file_error(file, why))?;
+    import(&parse_document(file, &text)?, file, "bytes")
+}
+
 fn import(document: &Document, file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
     let mut importer = Importer::new(document, file, name);
+    known_names::check(&document.root, &|reference| {
+        importer.ids.get(reference.id()?).copied()
+    })?;
     importer.top_level(&document.root)?;
     importer.note_ignored(&document.root);
     let mut scene = importer.scene;
@@ -124,7 +134,10 @@ impl<'a> Importer<'a> {
         let found = find_integer(element, "max_depth")?;
         let direct = element.kind() == "direct";
         if element.boolean("hide_emitters", false)? {
-            self.note("hide_emitters is ignored: lights are seen directly");
+            self.scene.hides_lights = true;
+            self.note(
+                "hide_emitters: path tracing keeps lights out of sight, other techniques show them",
+            );
         }
         let known = ["path", "volpath", "direct", "aov", "moment"];
         if !known.contains(&element.kind()) {

@@ -6,7 +6,9 @@ use super::Importer;
 use super::element::Element;
 use super::spectrum::emitted_colour;
 use super::transform::{transform, vector};
-use crate::scene::{ColourSource, SceneError, ShapeDescription, ShapeSource, Texture};
+use crate::scene::{ColourSource, SceneError, ShapeDescription, ShapeSource};
+
+type Emission = (Option<[f32; 3]>, Option<usize>);
 
 impl<'a> Importer<'a> {
     /// Adds a shape, or the shapes of an instance; `outer` is the transform of the instance.
@@ -39,10 +41,12 @@ impl<'a> Importer<'a> {
             self.note("max_smooth_angle is ignored: the normals of the file are kept");
         }
         element.child("shape_name");
+        let (emission, emission_texture) = self.area_emission(element)?;
         let shape = ShapeDescription {
             to_world: outer * to_world,
             material: self.shape_material(element)?,
-            emission: self.area_emission(element)?,
+            emission,
+            emission_texture,
             flip_normals: element.boolean("flip_normals", false)?,
             face_normals,
             smooth_normals: is_file,
@@ -115,10 +119,11 @@ impl<'a> Importer<'a> {
         }
     }
 
-    fn area_emission(&mut self, element: &'a Element) -> Result<Option<[f32; 3]>, SceneError> {
+    /// What a shape emits, and the texture that this is a factor of.
+    fn area_emission(&mut self, element: &'a Element) -> Result<Emission, SceneError> {
         let emitters = self.nested(element, "emitter")?;
         let Some(emitter) = emitters.first() else {
-            return Ok(None);
+            return Ok((None, None));
         };
         emitter.used.set(true);
         if emitter.kind() != "area" {
@@ -127,26 +132,24 @@ impl<'a> Importer<'a> {
                 "emitter `{}` on a shape is left out",
                 emitter.kind()
             ));
-            return Ok(None);
+            return Ok((None, None));
         }
         emitter.child("sampling_weight");
         let Some(radiance) = emitter.child("radiance") else {
-            return Ok(Some([1.0; 3]));
+            return Ok((Some([1.0; 3]), None));
         };
         let radiance = self.resolved(radiance)?;
         if radiance.tag == "texture" {
-            let (source, factor) = self.scaled_source(radiance)?;
-            let mean = match source {
-                ColourSource::Constant(colour) => colour,
-                ColourSource::Texture(index) => Texture::load(&self.scene.textures[index])?.mean(),
+            return match self.scaled_source(radiance)? {
+                (ColourSource::Constant(colour), factor) => {
+                    Ok((Some(colour.map(|value| value * factor)), None))
+                }
+                (ColourSource::Texture(index), factor) => Ok((Some([factor; 3]), Some(index))),
+                (ColourSource::Vertices, _) => {
+                    Err(radiance.error("a light cannot have the colours of vertices"))
+                }
             };
-            let mean = mean.map(|value| value * factor);
-            let [r, g, b] = mean;
-            self.note(format!(
-                "a textured area light emits the mean of its texture everywhere, {r:.4} {g:.4} {b:.4}"
-            ));
-            return Ok(Some(mean));
         }
-        emitted_colour(radiance).map(Some)
+        Ok((Some(emitted_colour(radiance)?), None))
     }
 }

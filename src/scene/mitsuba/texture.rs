@@ -34,7 +34,7 @@ impl<'a> Importer<'a> {
     ) -> Result<[f32; 3], SceneError> {
         match self.colour_source(element, &[name], default)? {
             ColourSource::Constant(value) => Ok(value),
-            ColourSource::Texture(_) => {
+            ColourSource::Texture(_) | ColourSource::Vertices => {
                 let kind = element.kind();
                 self.note(format!(
                     "the texture of `{name}` of {kind} becomes {default}"
@@ -70,6 +70,7 @@ impl<'a> Importer<'a> {
                 let index = self.texture(element)?;
                 Ok((ColourSource::Texture(index), 1.0))
             }
+            "mesh_attribute" | "vertexcolors" => self.mesh_attribute(element),
             "scale" => self.scale(element),
             "srgb" | "rgb" | "uniform" | "d65" => {
                 let name = if element.kind() == "uniform" {
@@ -88,6 +89,22 @@ impl<'a> Importer<'a> {
         }
     }
 
+    /// Colours of vertices; other attributes of meshes are refused.
+    fn mesh_attribute(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
+        let name = element.string("name")?.unwrap_or("vertex_color");
+        if name != "vertex_color" {
+            let message =
+                format!("of the attributes of a mesh only `vertex_color` is read, not `{name}`");
+            return Err(element.error(message));
+        }
+        match element.float("scale")?.unwrap_or(1.0) {
+            1.0 => Ok((ColourSource::Vertices, 1.0)),
+            scale => Err(element.error(format!(
+                "the colours of vertices are taken as they are; a scale of {scale} is not built"
+            ))),
+        }
+    }
+
     fn scale(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
         let factor = self.plain_colour(element, "scale", 1.0)?;
         let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
@@ -102,6 +119,9 @@ impl<'a> Importer<'a> {
                 let scaled = std::array::from_fn(|i| c[i] * factor[i]);
                 Ok((ColourSource::Constant(scaled), 1.0))
             }
+            (ColourSource::Vertices, _) => Err(element.error(
+                "the colours of vertices are taken as they are, without a scale around them",
+            )),
             (texture, outer) => Ok((texture, outer * mean)),
         }
     }

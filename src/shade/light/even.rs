@@ -26,6 +26,8 @@ struct EmittingShape {
     power: [f64; 2],
     /// Scene units.
     area: f64,
+    /// Luminance that it emits, on average.
+    mean: f32,
     end: usize,
 }
 
@@ -40,12 +42,14 @@ impl<'l, 's> EvenLights<'l, 's> {
                 let end = first + shape.triangle_count as usize;
                 let before = |i: usize| i.checked_sub(1).map_or(0.0, |i| lights.triangle_power[i]);
                 let power = [before(first), before(end)];
-                let emission = f64::from(luminance(shape.emission?)) * std::f64::consts::PI;
+                let mean = luminance(shape.emission?);
+                let emission = f64::from(mean) * std::f64::consts::PI;
                 let area = (power[1] - power[0]) / emission;
                 (area > 0.0).then_some(Choice::Shape(EmittingShape {
                     first,
                     power,
                     area,
+                    mean,
                     end,
                 }))
             })
@@ -80,7 +84,9 @@ impl<'l, 's> EvenLights<'l, 's> {
                 let index = pick(sums, target).max(shape.first);
                 let triangle = &self.lights.triangles[index];
                 let place = LightPlace::Triangle(triangle.number, at);
-                (place, chance / shape.area)
+                // 1 unless a texture shines: brighter parts are chosen more often.
+                let brighter = f64::from(luminance(triangle.emission.into()) / shape.mean);
+                (place, chance / shape.area * brighter)
             }
             Choice::Point(index) => (LightPlace::Point(*index), chance),
             Choice::Parallel(index) => (LightPlace::Parallel(*index), chance),

@@ -247,10 +247,12 @@ impl<'a> Setting<'a> {
         let refinement = distribution.refinement.as_deref();
         let mut stages = Stages::default();
         let points = stages.time("shading_points", || shading_points(shot, counter));
+        // No more records than points: lists are made for them.
+        let budget = terms.budget.min(points.len());
         let kept = refinement.map_or(0.0, |r| r.ratio());
-        let refined = ((terms.budget as f64 * kept).round() as usize).min(terms.budget);
+        let refined = ((budget as f64 * kept).round() as usize).min(budget);
         let placement = stages.time("placement", || {
-            first.place(&points, terms.budget - refined, terms.seed)
+            first.place(&points, budget - refined, terms.seed)
         });
         let mut rendered = Rendered {
             found: placement.found,

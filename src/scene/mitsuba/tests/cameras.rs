@@ -115,7 +115,7 @@ fn integrators_and_filters_that_differ_are_noted() {
             "<integrator type='bdpt'><integer name='max_depth' value='3'/><boolean name='hide_emitters' value='true'/></integrator>"
         ),
         [
-            "hide_emitters is ignored: lights are seen directly",
+            "hide_emitters: path tracing keeps lights out of sight, other techniques show them",
             "integrator `bdpt` becomes the path tracer"
         ]
     );

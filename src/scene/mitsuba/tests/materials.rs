@@ -86,7 +86,7 @@ fn materials_of_every_kind() {
     assert_eq!(notes.len(), 1);
     let (m, notes) = material(
         "3.0.0",
-        "<bsdf type='hair'><float name='x' value='1'/></bsdf>",
+        "<bsdf type='hair'><float name='eumelanin' value='1'/></bsdf>",
     );
     assert!(matches!(m.bsdf, Bsdf::Diffuse { .. }));
     assert_eq!(

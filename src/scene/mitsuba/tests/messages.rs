@@ -6,13 +6,14 @@ use super::*;
 fn what_is_ignored_is_noted_with_counts() {
     let scene = load(
         "3.0.0",
-        "<shape type='cube'><bsdf type='diffuse'><float name='sheen' value='1'/></bsdf></shape><shape type='cube'><bsdf type='diffuse'><float name='sheen' value='1'/></bsdf></shape><bsdf type='diffuse' id='unused'/><medium type='homogeneous'/>",
+        "<shape type='cube'><bsdf type='roughdiffuse'><boolean name='use_fast_approx' value='true'/></bsdf></shape><shape type='cube'><bsdf type='roughdiffuse'><boolean name='use_fast_approx' value='true'/></bsdf></shape><bsdf type='diffuse' id='unused'/><medium type='homogeneous'/>",
     );
     assert_eq!(
         scene.notes,
         [
+            "`roughdiffuse` becomes diffuse (2 times)",
             "bsdf `diffuse` that nothing refers to is left out",
-            "parameter `sheen` of bsdf `diffuse` is ignored (2 times)"
+            "parameter `use_fast_approx` of bsdf `roughdiffuse` is ignored (2 times)"
         ]
     );
 }
