@@ -9,7 +9,7 @@ use super::claims::{self, Claim};
 use super::data::Data;
 use super::{ReportError, escape, html};
 
-const TEMPLATE: &str = include_str!("suite.html");
+const TEMPLATE: &str = include_str!("page/suite.html");
 
 /// An experiment on the page.
 #[derive(Serialize)]
