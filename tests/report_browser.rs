@@ -7,12 +7,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lightbench::experiment::{Sequence, Viewer};
-use lightbench::image::{Attributes, write_exr, write_png};
+use lightbench::image::{Attributes, Layer, write_exr, write_png};
 use lightbench::report::{write, write_single_file};
 use report_support::{Folder, Which, layers, picture};
 
 /// What a person does, as a script.
 const PERSON: &str = include_str!("report_support/browser.js");
+/// Kept frames and viewers of the sequence, and the key of the reference of all of them.
+const SHOTS: [(u32, u32); 4] = [(0, 0), (0, 1), (3, 0), (3, 1)];
+const KEY: &str = "00aa";
 const LABELS: [&str; 3] = ["IM", "SD", "VGC+DGS"];
 
 fn which(label: &str) -> Which<'_> {
@@ -125,15 +128,25 @@ fn sequences_are_stepped_through() {
     }
     folder.write();
     for (job, strength) in jobs {
-        let frames = folder.path.join("jobs").join(job).join("frames");
+        let job = folder.path.join("jobs").join(job);
+        let line = |(frame, eye)| format!("{frame},{eye},0,true,0.1,0.1,{KEY}\n");
+        let lines: String = SHOTS.into_iter().map(line).collect();
+        let head = "frame,viewer,time_s,measured,rmse,flip_ldr,reference\n";
+        std::fs::write(job.join("frames.csv"), format!("{head}{lines}")).expect("csv");
+        let frames = job.join("frames");
         std::fs::create_dir_all(&frames).expect("folder");
-        for (frame, eye) in [(0, 0), (0, 1), (3, 0), (3, 1)] {
+        for (frame, eye) in SHOTS {
             let images = image(strength, frame);
             let name = |kind: &str| frames.join(format!("{frame:06}-{eye}.{kind}"));
             write_exr(&name("exr"), &images, &Attributes::new()).expect("exr");
             write_png(&name("png"), &picture(96, 54), 0.0).expect("png");
         }
     }
+    let references = place.path().join("references");
+    std::fs::create_dir(&references).expect("folder");
+    let truth = ["mean", "deviations"].map(|name| Layer::color(name, picture(96, 54)));
+    let path = references.join(format!("{KEY}.exr"));
+    write_exr(&path, &truth, &Attributes::new()).expect("reference");
     write(&folder.path).expect("report");
     all_fine(&use_page(&browser, &folder, 1400));
 }

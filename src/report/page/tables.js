@@ -34,10 +34,13 @@ document.querySelectorAll("table.numbers").forEach(function (table) {
   });
 });
 
-// Commands are copied with a click.
+// Commands are shown and copied with a click.
 document.querySelectorAll("button.command").forEach(function (button) {
   button.addEventListener("click", function () {
-    if (navigator.clipboard) navigator.clipboard.writeText(button.previousElementSibling.textContent);
+    const shown = document.querySelector("pre.chosen"), command = button.dataset.command;
+    shown.textContent = command;
+    shown.hidden = false;
+    if (navigator.clipboard) navigator.clipboard.writeText(command).catch(() => {});
   });
 });
 

@@ -66,7 +66,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
   const board = make("div", { class: "stage", tabindex: "0" });
   const probe = make("p", { class: "probe" });
   const again = make("code", {});
-  const replay = make("p", { class: "replay", hidden: "" }, again, " ", button("copy", "copy", () => navigator.clipboard && navigator.clipboard.writeText(again.textContent)));
+  const replay = make("p", { class: "replay", hidden: "" }, again, " ", button("copy", "copy", () => navigator.clipboard && navigator.clipboard.writeText(again.textContent).catch(() => {})));
   root.append(...bars, caption, board, probe, replay);
   const stage = makeStage(board, album, { over: over, click: click });
 
