@@ -3,7 +3,7 @@
 mod report_support;
 
 use lightbench::image::{Image, read};
-use lightbench::report::{ReportError, write};
+use lightbench::report::{ReportError, write, write_single_file};
 use report_support::{Folder, Which, layers, picture};
 
 const METHODS: [(&str, f64); 4] = [("IM", 0.12), ("SD", 0.09), ("VGC", 0.08), ("VGC+DGS", 0.05)];
@@ -358,6 +358,8 @@ fn gaps_are_stated() {
     );
     let failed = folder.job(which("statues", "SD", 1), (0.2, 0.1), None);
     failed.status = "failed: 7 non-finite values".into();
+    failed.non_finite = 7;
+    failed.notes = vec!["not finite: pixel 3,4 sample 0, …".into()];
     let undefined = folder.job(which("statues", "VGC", 1), (f64::NAN, f64::INFINITY), None);
     undefined.notes.push("40 records instead of 50".into());
     folder.plan(which("statues", "VGC+DGS", 1));
@@ -375,8 +377,61 @@ fn gaps_are_stated() {
         assert!(summary.contains(text), "{text} in {summary}");
     }
     let page = folder.text("report.html");
-    assert!(page.contains("7 non-finite values") && page.contains("Jobs without a result"));
+    assert!(page.contains("7 non-finite values — not finite: pixel 3,4 sample 0"));
+    assert!(page.contains("--pixel 3,4") && page.contains("Jobs without a result"));
     assert!(folder.path.join("figures/compare-statues.png").is_file());
+}
+
+#[test]
+fn a_single_file_holds_its_pictures() {
+    let (_place, folder) = complete(EVERYTHING);
+    write_single_file(&folder.path).expect("report");
+    let page = folder.text("report.html");
+    assert!(!folder.path.join("figures/viewer").exists());
+    assert!(page.contains("id=\"pixels-statues-VGC_image\""));
+    assert!(page.contains("data:image") && !page.contains("src=\"figures"));
+    write(&folder.path).expect("report");
+    assert!(!folder.text("report.html").contains("id=\"pixels-statues"));
+    assert!(
+        folder
+            .path
+            .join("figures/viewer/statues-VGC_image.js")
+            .is_file()
+    );
+}
+
+#[test]
+fn each_job_has_its_commands_and_each_point_its_row() {
+    let (_place, folder) = complete(EVERYTHING);
+    write(&folder.path).expect("report");
+    let page = folder.text("report.html").replace("&#x2f;", "/");
+    for text in [
+        "lightbench run configs/synthetic.toml scale=1/4 --scene statues --method VGC+DGS",
+        "lightbench replay results/synthetic/jobs/",
+        "<th>inefficiency</th>",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    let svg = folder.text("figures/curve.svg");
+    assert!(svg.contains("<title>VGC, ") && page.contains("<title>VGC, "));
+    roxmltree::Document::parse(&svg).expect("a drawing");
+}
+
+#[test]
+fn texts_of_figures_are_texts_and_do_not_clash() {
+    let (_place, folder) = complete(EVERYTHING);
+    let written = write(&folder.path).expect("report");
+    for text in ["leaves the sheet", "lies on"] {
+        assert!(!written.summary.contains(text), "{}", written.summary);
+    }
+    for name in ["compare-statues", "dots-atrium", "maps-statues"] {
+        let svg = folder.text(&format!("figures/{name}.svg"));
+        let drawing = roxmltree::Document::parse(&svg).expect("a drawing");
+        let texts = drawing.descendants().filter(|n| n.has_tag_name("text"));
+        assert!(texts.count() > 1, "{name}");
+        write(&folder.path).expect("report");
+        assert_eq!(svg, folder.text(&format!("figures/{name}.svg")));
+    }
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub enum Verb {
     /// Show the frozen job list, its estimated cost and what is already done
     Plan(PlanArgs),
     /// Rebuild tables, figures and the HTML report from rows, without rendering
-    Report(FolderArgs),
+    Report(ReportArgs),
     /// Evaluate claims and gates; the exit code says the result
     Gate(GateArgs),
     /// Compare the same jobs of two results folders
@@ -127,9 +127,12 @@ pub struct PlanArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct FolderArgs {
+pub struct ReportArgs {
     /// A results folder
     pub folder: PathBuf,
+    /// Put all pictures into report.html, so that it can be sent alone
+    #[arg(long)]
+    pub single_file: bool,
 }
 
 #[derive(Debug, Args)]

@@ -270,6 +270,12 @@ pub struct FigureSpec {
     /// first.
     #[serde(default)]
     pub per_viewer: bool,
+    /// Panels side by side, where a figure is made of equal panels; by default as many as suit their size.
+    #[serde(default)]
+    pub columns: Option<std::num::NonZeroUsize>,
+    /// Width of the SVG on paper, millimetres; default 300 pixels an inch.
+    #[serde(default)]
+    pub width_mm: Option<f64>,
 }
 
 impl FigureKind {

@@ -138,6 +138,12 @@ impl Row {
         Some((rmse * rmse - floor * floor).max(0.0).sqrt())
     }
 
+    /// Mean square error times CPU time.
+    pub(super) fn inefficiency(&self) -> Option<f64> {
+        let rmse = self.rmse?;
+        Some(rmse * rmse * self.cpu_seconds_total)
+    }
+
     /// Closest-hit and any-hit rays a frame and viewer.
     pub(super) fn rays_per_image(&self) -> Option<f64> {
         let images = (self.frames * self.viewers).max(1) as f64;

@@ -21,6 +21,20 @@ fn bytes_of(coded: &Image) -> Vec<u8> {
     pixels.flat_map(|pixel| pixel.map(quantise)).collect()
 }
 
+/// Values in `[0, 1]` that are sRGB-coded already as the bytes of an 8-bit PNG; NaN becomes 0.
+///
+/// # Errors
+/// A sentence, where the image is empty or too large.
+pub fn png_bytes(coded: &Image) -> Result<Vec<u8>, String> {
+    let side = |n: usize| u32::try_from(n).map_err(|error| error.to_string());
+    let (width, height) = (side(coded.width)?, side(coded.height)?);
+    let mut bytes = Vec::new();
+    PngEncoder::new(&mut bytes)
+        .write_image(&bytes_of(coded), width, height, ExtendedColorType::Rgb8)
+        .map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
+
 /// Writes values in `[0, 1]` that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
 pub fn write_png_coded(path: &Path, coded: &Image) -> Result<(), ImageError> {
     let bytes = bytes_of(coded);

@@ -1,7 +1,7 @@
 //! What each part of a map's light adds: the classes of its texels, then the image of each method.
 
 use super::canvas::{blit, fitted_size, scaled, shown, white};
-use super::figure::{Drawing, Shown};
+use super::figure::{Drawing, Head, Shown};
 use super::font::Fonts;
 use super::light_map::tinted;
 use super::overlay::arrange;
@@ -12,7 +12,7 @@ use crate::image::Image;
 const SIDE: usize = 800;
 
 /// The classified map, if a method tells emissive texels apart, and the images, in one line or two.
-pub fn draw(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, String> {
+pub fn draw(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, String> {
     let there: Vec<(&str, &Pictures)> = methods
         .iter()
         .filter_map(|(label, pictures)| Some((*label, (*pictures)?)))
@@ -32,7 +32,7 @@ pub fn draw(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, St
     });
     let panels: Vec<(String, Image)> = map.into_iter().chain(images).collect();
     Ok(Drawing {
-        image: arrange(fonts, &panels, title),
+        sheet: arrange(fonts, &panels, head),
         caption: format!(
             "Images by each part of the light, {}, seed {}; all at one exposure.",
             first.row.budget, first.row.seed

@@ -1,11 +1,12 @@
 //! Kept frames of a sequence on one sheet: the reference and each method a row, the frames columns.
 
-use super::canvas::{Rect, blit, fill, frame, scaled, white};
+use super::canvas::{Rect, scaled};
 use super::data::{Data, SceneOf};
 use super::figure::{Drawing, Shown};
 use super::font::{Align, Fonts, Ink};
 use super::frame_table::FrameTable;
 use super::pictures::Pictures;
+use super::sheet::Sheet;
 use super::shots::{frame_file, reference_key, values};
 use crate::experiment::spread;
 use crate::image::{Image, read_coded, to_display};
@@ -24,7 +25,7 @@ const ABSENT: [f32; 3] = [0.92; 3];
 const RIM: [f32; 3] = [0.75; 3];
 
 /// What is drawn, by columns and rows.
-struct Sheet {
+struct Films {
     heads: Vec<String>,
     rows: Vec<Row>,
 }
@@ -89,7 +90,7 @@ pub fn draw(
             });
         }
     }
-    let sheet = Sheet {
+    let films = Films {
         heads: frames
             .iter()
             .map(|frame| format!("frame {frame}"))
@@ -106,7 +107,7 @@ pub fn draw(
         false => String::new(),
     };
     Ok(Drawing {
-        image: sheet.draw(fonts, title, (first.beauty.width, first.beauty.height)),
+        sheet: films.draw(fonts, title, (first.beauty.width, first.beauty.height)),
         caption: format!(
             "{} frames{fewer}, {}, seed {}; errors are those of the frame.{who}",
             frames.len(),
@@ -116,8 +117,8 @@ pub fn draw(
     })
 }
 
-impl Sheet {
-    fn draw(&self, fonts: &Fonts, title: &str, image: (usize, usize)) -> Image {
+impl Films {
+    fn draw(&self, fonts: &Fonts, title: &str, image: (usize, usize)) -> Sheet {
         let columns = self.heads.len();
         let cell = cell_size(image, (WIDTH / columns).clamp(220, 480));
         let ink = Ink::black(23.0);
@@ -129,38 +130,38 @@ impl Sheet {
         let left = MARGIN + room as usize + 2 * GAP;
         let pitch = (cell.0.max(200) + GAP, cell.1 + VALUES + GAP);
         let top = MARGIN + TITLE + HEAD;
-        let mut canvas = white(
+        let mut canvas = Sheet::new(
             left + columns * pitch.0 - GAP + MARGIN,
             top + self.rows.len() * pitch.1 + MARGIN,
         );
-        let full = (canvas.width - 2 * MARGIN) as f32;
+        let full = (canvas.width() - 2 * MARGIN) as f32;
         let (title, bold) = fonts.fitted(title, Ink::black(28.0).bold(), full);
         let at = (MARGIN as f32, (MARGIN + 28) as f32);
-        fonts.draw(&mut canvas, (&title, bold), at, Align::Left);
+        canvas.text(fonts, (&title, bold), at, Align::Left);
         for (column, head) in self.heads.iter().enumerate() {
             let middle = (left + column * pitch.0 + cell.0 / 2) as f32;
             let at = (middle, (top - 10) as f32);
-            fonts.draw(&mut canvas, (head, ink), at, Align::Center);
+            canvas.text(fonts, (head, ink), at, Align::Center);
         }
         for (index, row) in self.rows.iter().enumerate() {
             let y = top + index * pitch.1;
             let (label, fitted) = fonts.fitted(&row.label, ink, room);
             let at = (MARGIN as f32, (y + cell.1 / 2 + 8) as f32);
-            fonts.draw(&mut canvas, (&label, fitted), at, Align::Left);
+            canvas.text(fonts, (&label, fitted), at, Align::Left);
             for (column, (image, text)) in row.cells.iter().enumerate() {
                 let corner = (left + column * pitch.0, y);
                 match image {
-                    Some(image) => blit(&mut canvas, &scaled(image, cell), corner),
-                    None => fill(&mut canvas, rect(corner, cell), ABSENT),
+                    Some(image) => canvas.put(&scaled(image, cell), corner),
+                    None => canvas.fill(rect(corner, cell), ABSENT),
                 }
-                frame(&mut canvas, rect(corner, cell), 1, RIM);
+                canvas.frame(rect(corner, cell), 1, RIM);
                 let room = (pitch.0 - 2 * GAP) as f32;
                 let (text, small) = fonts.fitted(text, Ink::black(18.0), room);
                 let at = (
                     (corner.0 + cell.0 / 2) as f32,
                     (y + cell.1 + VALUES - 9) as f32,
                 );
-                fonts.draw(&mut canvas, (&text, small), at, Align::Center);
+                canvas.text(fonts, (&text, small), at, Align::Center);
             }
         }
         canvas

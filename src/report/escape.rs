@@ -40,6 +40,14 @@ pub fn latex(text: &str) -> String {
     out
 }
 
+/// Text and attributes of XML.
+pub fn xml(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
 /// A file name that needs no quoting: letters, digits, `+`, `-`, `_` and inner dots are kept. Where
 /// anything had to be replaced a hash follows, so that different texts keep different names.
 pub fn file_name(text: &str) -> String {

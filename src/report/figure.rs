@@ -1,6 +1,7 @@
 //! The figures of a config, one file for each scene, and what stands in the report about them.
 
 use std::io;
+use std::num::NonZeroUsize;
 
 use globset::Glob;
 use serde::Serialize;
@@ -8,12 +9,14 @@ use serde::Serialize;
 use super::data::{Data, SceneOf};
 use super::font::Fonts;
 use super::pictures::{self, Pictures};
+use super::pixels::Shelf;
+use super::sheet::Sheet;
 use super::viewer::{self, Viewer};
 use super::{
     components, contact_sheet, curves, escape, light_map, overlay, ranking, side_by_side, timeline,
 };
 use crate::experiment::{FigureKind, FigureSpec};
-use crate::image::{Image, write_png_coded};
+use crate::image::write_png_coded;
 
 /// A figure that was written.
 #[derive(Clone, Debug, Serialize)]
@@ -38,15 +41,22 @@ pub struct Drawn {
 /// A method of a figure: its label and its pictures, if they are there.
 pub type Shown<'a, 'b> = (&'a str, Option<&'b Pictures<'b>>);
 
+/// What stands above the panels of a figure, and how many are side by side, if the config says so.
+#[derive(Clone, Copy)]
+pub struct Head<'a> {
+    pub title: &'a str,
+    pub columns: Option<usize>,
+}
+
 /// A drawing and the text below it.
 pub struct Drawing {
-    pub image: Image,
+    pub sheet: Sheet,
     pub caption: String,
 }
 
 /// Draws everything; figures whose images are missing become notes. One scene's images are held at
 /// a time.
-pub fn draw_all(data: &Data) -> io::Result<Drawn> {
+pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
     let mut drawn = Drawn::default();
     let fonts = match Fonts::load() {
         Ok(fonts) => fonts,
@@ -63,7 +73,7 @@ pub fn draw_all(data: &Data) -> io::Result<Drawn> {
                 one_scene(data, (&fonts, spec, index), (scene, &shown), &mut drawn)?;
             }
         }
-        let viewer = viewer::write(data, (scene, &pictures), &mut drawn.notes)?;
+        let viewer = viewer::write(data, (scene, &pictures), (shelf, &mut drawn.notes))?;
         drawn.viewers.extend(viewer);
     }
     for (index, spec) in data.config.figure.iter().enumerate() {
@@ -170,27 +180,37 @@ fn one_scene(
         false => moment_of(data, scene),
     };
     let title = format!("{} — {}{moment}", title_of(spec), scene.title());
+    let head = Head {
+        title: &title,
+        columns: spec.columns.map(NonZeroUsize::get),
+    };
     let drawing = match spec.kind {
         FigureKind::SideBySide => side_by_side::draw(fonts, shown, (&title, &spec.insets)),
-        FigureKind::Records => overlay::records(fonts, shown, &title),
-        FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, &title),
-        FigureKind::Lights => light_map::lights(fonts, shown, &title),
-        FigureKind::Classification => light_map::classes(fonts, shown, &title),
-        FigureKind::Components => components::draw(fonts, shown, &title),
+        FigureKind::Records => overlay::records(fonts, shown, head),
+        FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, head),
+        FigureKind::Lights => light_map::lights(fonts, shown, head),
+        FigureKind::Classification => light_map::classes(fonts, shown, head),
+        FigureKind::Components => components::draw(fonts, shown, head),
         FigureKind::Frames => {
             contact_sheet::draw(fonts, data, (scene, shown, &title), spec.per_viewer)
         }
         FigureKind::Curves | FigureKind::Ranking | FigureKind::Timeline => return Ok(()),
     };
     match drawing {
-        Ok(Drawing { image, caption }) => {
+        Ok(Drawing { sheet, caption }) => {
             let name = escape::file_name(&format!("{}-{}", spec.name, scene.name));
-            let file = format!("figures/{name}.png");
-            write_png_coded(&data.store.folder.join(&file), &image).map_err(io::Error::other)?;
+            let clashes = sheet.clashes();
+            let noted = clashes.iter().map(|c| format!("figure `{name}`: {c}"));
+            drawn.notes.extend(noted);
+            let files = ["png", "svg"].map(|kind| format!("figures/{name}.{kind}"));
+            let path = data.store.folder.join(&files[0]);
+            write_png_coded(&path, &sheet.image).map_err(io::Error::other)?;
+            data.store
+                .write(&files[1], &super::xml_text(&sheet.svg(spec.width_mm)))?;
             drawn.figures.push(Figure {
                 title,
                 caption,
-                files: vec![file],
+                files: files.to_vec(),
                 spec: index,
             });
         }

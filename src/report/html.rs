@@ -10,13 +10,25 @@ use serde_json::{Value, json};
 use super::claims::Claim;
 use super::data::Data;
 use super::escape;
-use super::figure::Drawn;
+use super::figure::{Drawn, Figure};
+use super::job_lines;
 use super::number;
+use super::pixels::Shelf;
 use super::table::Table;
 use super::table_kinds;
-use crate::experiment::{Budget, Case, Job};
+use crate::experiment::{Budget, Case, Job, Row};
 
-const TEMPLATE: &str = include_str!("report.html");
+const TEMPLATE: &str = include_str!("page/report.html");
+const STYLE: &str = include_str!("page/style.css");
+/// What moves in the page; each file builds on those before it.
+const SCRIPT: &str = concat!(
+    "\"use strict\";\n",
+    include_str!("page/pixels.js"),
+    include_str!("page/paint.js"),
+    include_str!("page/stage.js"),
+    include_str!("page/viewer.js"),
+    include_str!("page/tables.js"),
+);
 
 /// Columns of numbers that fit the page.
 const COLUMNS: usize = 8;
@@ -47,7 +59,7 @@ struct SceneLine {
 pub fn page(
     data: &Data,
     (tables, claims): (&[Table], &[Claim]),
-    drawn: &Drawn,
+    (drawn, shelf): (&Drawn, Shelf),
 ) -> io::Result<String> {
     let title = data.title();
     let costs = table_kinds::costs(data);
@@ -67,7 +79,16 @@ pub fn page(
             )
         })
         .collect();
+    let (headings, lines) = job_lines::all(data);
+    let sources = shelf.sources();
     let page = json!({
+        "style": STYLE,
+        "script": SCRIPT,
+        "inside": shelf.into_inside(),
+        "folder": escape::shell(&format!("results/{}", data.plan.name)),
+        "headings": headings,
+        "lines": lines,
+        "rows": data.cases.rows.len(),
         "title": title,
         "name": data.plan.name,
         "tables": tables.iter().map(|t| t.parts(COLUMNS)).collect::<Vec<_>>(),
@@ -75,7 +96,7 @@ pub fn page(
         "claims": claims.iter().filter(|c| !c.gate).collect::<Vec<_>>(),
         "gates": claims.iter().filter(|c| c.gate).collect::<Vec<_>>(),
         "tally": tally,
-        "figures": drawn.figures,
+        "figures": figures(data, drawn),
         "viewers": drawn.viewers,
         "notes": notes(data, drawn),
         "failed": failures(data),
@@ -90,11 +111,17 @@ pub fn page(
         "command": command(data),
         "again": format!("lightbench report results/{}", escape::shell(&data.plan.name)),
     });
-    fill(("report.html", TEMPLATE), page)
+    let mut environment = environment();
+    environment.add_filter("source", move |file: String| sources.of(&file));
+    render(environment, ("report.html", TEMPLATE), page)
 }
 
 /// A template (its name, its text) with its values put in, escaped for HTML.
-pub fn fill((name, template): (&str, &str), values: Value) -> io::Result<String> {
+pub fn fill(template: (&str, &str), values: Value) -> io::Result<String> {
+    render(environment(), template, values)
+}
+
+fn environment() -> Environment<'static> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_filter("link", |path: String| escape::link(&path));
@@ -102,12 +129,34 @@ pub fn fill((name, template): (&str, &str), values: Value) -> io::Result<String>
         path.rsplit('.').next().unwrap_or_default().to_uppercase()
     });
     environment
-        .add_template(name, template)
+}
+
+fn render(
+    mut environment: Environment,
+    (name, template): (&str, &str),
+    values: Value,
+) -> io::Result<String> {
+    let name = name.to_owned();
+    environment
+        .add_template_owned(name.clone(), template.to_owned())
         .map_err(io::Error::other)?;
-    let template = environment.get_template(name).map_err(io::Error::other)?;
+    let template = environment.get_template(&name).map_err(io::Error::other)?;
     template
         .render(minijinja::Value::from(Serde(values)))
         .map_err(io::Error::other)
+}
+
+/// Figures; plots with their drawing, so that their points tell what they stand for.
+fn figures(data: &Data, drawn: &Drawn) -> Vec<Value> {
+    let told = |figure: &Figure| {
+        let first = figure.files.first().filter(|file| file.ends_with(".svg"));
+        let path = first.map(|file| data.store.folder.join(file));
+        let svg = path.and_then(|path| std::fs::read_to_string(path).ok());
+        json!({
+            "title": figure.title, "caption": figure.caption, "files": figure.files, "svg": svg,
+        })
+    };
+    drawn.figures.iter().map(told).collect()
 }
 
 /// Stand-ins, shortfalls and undrawn figures; failed and missing jobs have their own lists.
@@ -130,13 +179,20 @@ fn failures(data: &Data) -> Vec<Failure> {
             label: row.label.clone(),
             budget: row.budget.clone(),
             seed: row.seed,
-            reason: row
-                .status
-                .strip_prefix("failed: ")
-                .unwrap_or(&row.status)
-                .to_owned(),
+            reason: reason(row),
         })
         .collect()
+}
+
+/// Why a job failed, and what else is known: where values were not finite, for one.
+fn reason(row: &Row) -> String {
+    let status = row.status.strip_prefix("failed: ").unwrap_or(&row.status);
+    let notes = row.notes.iter().map(String::as_str);
+    [status]
+        .into_iter()
+        .chain(notes)
+        .collect::<Vec<_>>()
+        .join(" — ")
 }
 
 fn scenes(data: &Data) -> Vec<SceneLine> {
@@ -240,7 +296,7 @@ fn date(seconds: u64) -> String {
 }
 
 /// The command that made the results.
-fn command(data: &Data) -> String {
+pub fn command(data: &Data) -> String {
     let configs = data
         .plan
         .configs

@@ -1,11 +1,12 @@
 //! Lights, and the classes of texels, drawn on the environment map they were made from.
 
 use super::canvas::{disc, fitted_size, scaled};
-use super::figure::{Drawing, Shown};
+use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts, Ink};
 use super::number;
 use super::overlay::{FOOT_LINE, MARGIN, arrange};
 use super::pictures::{LightPictures, Pictures};
+use super::sheet::Sheet;
 use crate::environment::LightKind;
 use crate::image::Image;
 
@@ -39,7 +40,7 @@ fn those_with<'a>(
 }
 
 /// The lights of each method on the map.
-pub fn lights(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, String> {
+pub fn lights(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, String> {
     let there = those_with(methods);
     let Some((_, first, _)) = there.first() else {
         return Err("these methods kept no lights".into());
@@ -61,14 +62,14 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, 
             (text, panel)
         })
         .collect();
-    let mut canvas = arrange(fonts, &panels, title);
+    let mut canvas = arrange(fonts, &panels, head);
     legend(
         &mut canvas,
         fonts,
         ["direct or global light", "indirect light"],
     );
     Ok(Drawing {
-        image: canvas,
+        sheet: canvas,
         caption: format!(
             "Lights on the tone-mapped map, {}, seed {}: direct and global ones red, indirect ones blue.",
             first.row.budget, first.row.seed
@@ -77,7 +78,7 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, 
 }
 
 /// The emissive texels of each method that tells them apart.
-pub fn classes(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, String> {
+pub fn classes(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, String> {
     let panels: Vec<(String, Image)> = those_with(methods)
         .into_iter()
         .filter(|(_, _, own)| own.lights.iter().any(|l| l.1 != LightKind::Global))
@@ -86,10 +87,10 @@ pub fn classes(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing,
     if panels.is_empty() {
         return Err("these methods do not tell emissive texels apart".into());
     }
-    let mut canvas = arrange(fonts, &panels, title);
+    let mut canvas = arrange(fonts, &panels, head);
     legend(&mut canvas, fonts, ["emissive", "not emissive"]);
     Ok(Drawing {
-        image: canvas,
+        sheet: canvas,
         caption: "Texels on which direct lights stand red, all others blue.".into(),
     })
 }
@@ -113,13 +114,13 @@ pub fn tinted(own: &LightPictures) -> Image {
     shown
 }
 
-fn legend(canvas: &mut Image, fonts: &Fonts, texts: [&str; 2]) {
-    let y = (canvas.height - MARGIN) as f32 - FOOT_LINE;
+fn legend(canvas: &mut Sheet, fonts: &Fonts, texts: [&str; 2]) {
+    let y = (canvas.height() - MARGIN) as f32 - FOOT_LINE;
     let ink = Ink::black(22.0);
     let mut x = MARGIN as f32;
     for (text, color) in texts.into_iter().zip([DIRECT, INDIRECT]) {
-        disc(canvas, (x + 7.0, y - 7.0), 6.0, color);
-        fonts.draw(canvas, (text, ink), (x + 22.0, y), Align::Left);
+        canvas.disc((x + 7.0, y - 7.0), 6.0, color);
+        canvas.text(fonts, (text, ink), (x + 22.0, y), Align::Left);
         x += 22.0 + fonts.width(text, ink.size_px) + 28.0;
     }
 }

@@ -18,13 +18,16 @@ mod font;
 mod frame_table;
 mod html;
 mod inset;
+mod job_lines;
 mod light_map;
 mod number;
 mod overlay;
 mod pictures;
+mod pixels;
 mod plot;
 mod published;
 mod ranking;
+mod sheet;
 mod shots;
 mod side_by_side;
 mod stage_table;
@@ -38,6 +41,8 @@ mod timeline_plot;
 mod viewer;
 
 use std::path::{Path, PathBuf};
+
+use pixels::Shelf;
 
 pub use escape::xml_text;
 pub use light_map::draw_lights;
@@ -58,11 +63,24 @@ pub enum ReportError {
     Io(#[from] std::io::Error),
 }
 
-/// Writes tables, figures and `report.html` of a results folder from its rows and images.
+/// Writes tables, figures and `report.html` of a results folder from its rows and images. The page shows
+/// what lies beside it.
 ///
 /// What cannot be drawn (an image is missing or damaged, a figure has nothing to show) is a note in
 /// the report. Fails when `plan.json` or `config.json` cannot be read or a file cannot be written.
 pub fn write(folder: &Path) -> Result<Written, ReportError> {
+    write_all(folder, false)
+}
+
+/// Does what [`write()`] does, but the page holds all its pictures and can be sent alone.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_single_file(folder: &Path) -> Result<Written, ReportError> {
+    write_all(folder, true)
+}
+
+fn write_all(folder: &Path, single_file: bool) -> Result<Written, ReportError> {
     let data = data::Data::read(folder)?;
     let tables = table_kinds::all(&data);
     let claims = claims::judge_all(&data);
@@ -78,15 +96,16 @@ pub fn write(folder: &Path) -> Result<Written, ReportError> {
             files.push(folder.join(name));
         }
     }
-    let drawn = figure::draw_all(&data)?;
+    let mut shelf = Shelf::new(&data.store, single_file);
+    let drawn = figure::draw_all(&data, &mut shelf)?;
     files.extend(
         drawn
             .figures
             .iter()
             .flat_map(|f| f.files.iter().map(|name| folder.join(name))),
     );
-    let page = html::page(&data, (&tables, &claims), &drawn)?;
-    data.store.write("report.html", &page)?;
+    let page = html::page(&data, (&tables, &claims), (&drawn, shelf))?;
+    data.store.write("report.html", &xml_text(&page))?;
     files.push(folder.join("report.html"));
     Ok(Written {
         summary: summary::text(&data, (&tables, &claims), &drawn.notes),

@@ -1,10 +1,11 @@
 //! Record positions over dimmed images, and discontinuity maps: panels side by side.
 
-use super::canvas::{blit, color_bar, disc, fitted_size, painted, shown, white};
-use super::figure::{Drawing, Shown};
+use super::canvas::{color_bar, disc, fitted_size, painted, shown};
+use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts, Ink};
 use super::number;
 use super::pictures::Pictures;
+use super::sheet::Sheet;
 use super::side_by_side::bright_end;
 use crate::image::{Image, Plane};
 
@@ -20,7 +21,7 @@ const REFINED: [f32; 3] = [0.88, 0.05, 0.05];
 const AREA_PER_RECORD: f64 = 30.0;
 
 /// The records of each method over its dimmed image.
-pub fn records(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, String> {
+pub fn records(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, String> {
     let there: Vec<(&str, &Pictures, &Plane)> = methods
         .iter()
         .filter_map(|(label, p)| p.and_then(|p| Some((*label, p, p.records.as_ref()?))))
@@ -49,10 +50,10 @@ pub fn records(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing,
             (text, dotted(pictures, records, size))
         })
         .collect();
-    let mut canvas = arrange(fonts, &panels, title);
+    let mut canvas = arrange(fonts, &panels, head);
     legend(&mut canvas, fonts);
     Ok(Drawing {
-        image: canvas,
+        sheet: canvas,
         caption: format!(
             "Pixels that hold a record, seed {}: first stage blue, refinement red.",
             first.row.seed
@@ -94,19 +95,19 @@ fn dotted(pictures: &Pictures, records: &Plane, size: (usize, usize)) -> Image {
     panel
 }
 
-fn legend(canvas: &mut Image, fonts: &Fonts) {
-    let y = (canvas.height - MARGIN) as f32 - FOOT_LINE;
+fn legend(canvas: &mut Sheet, fonts: &Fonts) {
+    let y = (canvas.height() - MARGIN) as f32 - FOOT_LINE;
     let ink = Ink::black(22.0);
     let mut x = MARGIN as f32;
     for (text, color) in [("first stage", FIRST), ("refinement", REFINED)] {
-        disc(canvas, (x + 7.0, y - 7.0), 6.0, color);
-        fonts.draw(canvas, (text, ink), (x + 22.0, y), Align::Left);
+        canvas.disc((x + 7.0, y - 7.0), 6.0, color);
+        canvas.text(fonts, (text, ink), (x + 22.0, y), Align::Left);
         x += 22.0 + fonts.width(text, ink.size_px) + 28.0;
     }
 }
 
 /// The maps that guided the refinements, on one scale.
-pub fn discontinuity(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Drawing, String> {
+pub fn discontinuity(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, String> {
     let there: Vec<(&str, &Pictures, &Plane)> = methods
         .iter()
         .filter_map(|(label, p)| p.and_then(|p| Some((*label, p, p.discontinuity.as_ref()?))))
@@ -121,10 +122,10 @@ pub fn discontinuity(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Dr
         .iter()
         .map(|(label, _, plane)| ((*label).to_owned(), painted(plane, high, size)))
         .collect();
-    let mut canvas = arrange(fonts, &panels, title);
+    let mut canvas = arrange(fonts, &panels, head);
     scale(&mut canvas, fonts, high);
     Ok(Drawing {
-        image: canvas,
+        sheet: canvas,
         caption: format!(
             "The map that guides the refinement, seed {}; colours end at its 99.5 % quantile.",
             first.row.seed
@@ -132,17 +133,17 @@ pub fn discontinuity(fonts: &Fonts, methods: &[Shown], title: &str) -> Result<Dr
     })
 }
 
-fn scale(canvas: &mut Image, fonts: &Fonts, high: f32) {
-    let y = canvas.height - MARGIN - 26;
+fn scale(canvas: &mut Sheet, fonts: &Fonts, high: f32) {
+    let y = canvas.height() - MARGIN - 26;
     let ink = Ink::black(22.0);
     let baseline = (y + 17) as f32;
-    fonts.draw(canvas, ("0", ink), (MARGIN as f32, baseline), Align::Left);
+    canvas.text(fonts, ("0", ink), (MARGIN as f32, baseline), Align::Left);
     let left = MARGIN + 22;
-    let width = 260.min(canvas.width.saturating_sub(left + 160)).max(40);
-    blit(canvas, &color_bar(width, 18), (left, y));
+    let width = 260.min(canvas.width().saturating_sub(left + 160)).max(40);
+    canvas.put(&color_bar(width, 18), (left, y));
     let text = format!("{} and more", number::lone(f64::from(high)));
-    fonts.draw(
-        canvas,
+    canvas.text(
+        fonts,
         (&text, ink),
         ((left + width + 10) as f32, baseline),
         Align::Left,
@@ -151,7 +152,7 @@ fn scale(canvas: &mut Image, fonts: &Fonts, high: f32) {
 
 /// Panels of equal size with their labels above, at most three (two of large ones) in a row, a title
 /// above and room for a legend below.
-pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], title: &str) -> Image {
+pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], head: Head) -> Sheet {
     let widest = panels.iter().map(|(_, p)| p.width).max().unwrap_or(1);
     let tallest = panels.iter().map(|(_, p)| p.height).max().unwrap_or(1);
     let cell = widest.max(300);
@@ -159,18 +160,18 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], title: &str) -> Image 
         0..=1000 if panels.len() != 4 => 3,
         _ => 2,
     };
-    let columns = panels.len().clamp(1, across);
+    let columns = panels.len().clamp(1, head.columns.unwrap_or(across));
     let lines = panels.len().div_ceil(columns);
     let width = (2 * MARGIN + columns * (cell + GAP) - GAP).max(480);
     let top = MARGIN + HEAD;
-    let mut canvas = white(
+    let mut canvas = Sheet::new(
         width,
         top + lines * (HEAD + tallest + GAP) + FOOT + MARGIN - GAP,
     );
     let room = (width - 2 * MARGIN) as f32;
-    let (title, ink) = fonts.fitted(title, Ink::black(28.0).bold(), room);
-    fonts.draw(
-        &mut canvas,
+    let (title, ink) = fonts.fitted(head.title, Ink::black(28.0).bold(), room);
+    canvas.text(
+        fonts,
         (&title, ink),
         (MARGIN as f32, (MARGIN + 26) as f32),
         Align::Left,
@@ -179,13 +180,13 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], title: &str) -> Image 
         let left = MARGIN + (index % columns) * (cell + GAP);
         let y = top + (index / columns) * (HEAD + tallest + GAP);
         let (label, ink) = fonts.fitted(label, Ink::black(24.0), cell as f32);
-        fonts.draw(
-            &mut canvas,
+        canvas.text(
+            fonts,
             (&label, ink),
             (left as f32, (y + HEAD - 11) as f32),
             Align::Left,
         );
-        blit(&mut canvas, panel, (left, y + HEAD));
+        canvas.put(panel, (left, y + HEAD));
     }
     canvas
 }

@@ -10,7 +10,7 @@ use super::curves::Files;
 use super::data::{Asked, Data, SceneOf};
 use super::estimate::{Estimate, ranks};
 use super::figure::{shows_method, shows_scene};
-use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
+use super::plot::{self, FACE, LEGEND, Plot, Spot, TITLE, color, marker};
 use crate::experiment::Column;
 use crate::experiment::{Case, FigureSpec};
 
@@ -83,7 +83,7 @@ pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>>
     };
     let caption =
         "Ranks of the methods under each map, 1 the best, by the mean over its scenes and seeds.";
-    let files = plot::write(data, &spec.name, (sheet.size(), &sheet))?;
+    let files = plot::write(data, (&spec.name, spec.width_mm), (sheet.size(), &sheet))?;
     Ok(files.map(|files| (files, caption.into())))
 }
 
@@ -147,6 +147,7 @@ impl Sheet<'_> {
         &self,
         area: &DrawingArea<B, Shift>,
         panel: &Panel,
+        spots: &mut Vec<Spot>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         let (maps, last) = (self.maps.len() as f64, self.methods.len() as f64);
         // The best rank is on top.
@@ -185,7 +186,7 @@ impl Sheet<'_> {
             let at = (foot.0 - left, foot.1 - top + 10);
             area.draw(&Text::new(name.clone(), at, upright.clone()))?;
         }
-        for ((index, _), ranks) in self.methods.iter().zip(&panel.ranks) {
+        for ((index, label), ranks) in self.methods.iter().zip(&panel.ranks) {
             let color = color(*index);
             let there: Vec<(f64, f64)> = (0..)
                 .zip(ranks)
@@ -200,6 +201,13 @@ impl Sheet<'_> {
                     .iter()
                     .map(|&at| EmptyElement::at(at) + Polygon::new(marker(*index), color.filled())),
             )?;
+            spots.extend(there.iter().map(|at| Spot {
+                at: chart.plotting_area().map_coordinate(at),
+                text: format!(
+                    "{label}, {}: {} rank {}",
+                    self.maps[at.0 as usize], panel.title, at.1
+                ),
+            }));
         }
         Ok(())
     }
@@ -209,11 +217,12 @@ impl Plot for Sheet<'_> {
     fn draw_on<B: DrawingBackend>(
         &self,
         root: &DrawingArea<B, Shift>,
+        spots: &mut Vec<Spot>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         let (panels, legend) = plot::titled(root, self.title)?;
         let areas = panels.split_evenly((self.panels.len(), 1));
         for (area, panel) in areas.iter().zip(&self.panels) {
-            self.draw_panel(area, panel)?;
+            self.draw_panel(area, panel, spots)?;
         }
         plot::legend(&legend, &self.methods)
     }

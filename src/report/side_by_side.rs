@@ -1,12 +1,13 @@
 //! The comparison of the papers: one large image, and for every method insets, a FLIP map and
 //! errors.
 
-use super::canvas::{Rect, blit, color_bar, fill, fitted_size, frame, painted, shown, white};
+use super::canvas::{Rect, color_bar, fitted_size, painted, shown};
 use super::estimate::{Estimate, Standing, standings};
 use super::figure::{Drawing, Shown};
 use super::font::{Align, Fonts, Ink};
 use super::number::{self, Style};
 use super::pictures::Pictures;
+use super::sheet::Sheet;
 use super::{inset, pictures};
 use crate::experiment::Unit;
 use crate::image::{Image, Plane};
@@ -78,7 +79,7 @@ pub fn draw(
     let windows = windows(&there, size, insets);
     let layout = Layout::new(size, windows.len());
     let (width, height) = layout.size(methods.len() + 1, windows.len());
-    let mut canvas = white(width, height);
+    let mut canvas = Sheet::new(width, height);
     let reference = there.iter().find_map(|p| p.reference.as_ref());
     draw_main(&mut canvas, fonts, (title, main), (&layout, &windows));
     let values = Values::new(methods);
@@ -106,7 +107,7 @@ pub fn draw(
     );
     draw_scale(&mut canvas, fonts, (left, layout.flip_top(windows.len())));
     Ok(Drawing {
-        image: canvas,
+        sheet: canvas,
         caption: format!(
             "{} × {} pixels, {}, seed {}. Frames mark the insets; below them the FLIP map; errors are those of the run shown{}, the least underlined.",
             size.0,
@@ -162,29 +163,28 @@ fn windows(there: &[&Pictures], size: (usize, usize), asked: &[[f64; 4]]) -> Vec
 }
 
 fn draw_main(
-    canvas: &mut Image,
+    canvas: &mut Sheet,
     fonts: &Fonts,
     (title, main): (&str, &Pictures),
     (layout, windows): (&Layout, &[Rect]),
 ) {
-    let room = (canvas.width - 2 * MARGIN) as f32;
+    let room = (canvas.width() - 2 * MARGIN) as f32;
     let (title, ink) = fonts.fitted(title, Ink::black(32.0).bold(), room);
-    fonts.draw(
-        canvas,
+    canvas.text(
+        fonts,
         (&title, ink),
         (MARGIN as f32, (MARGIN + 30) as f32),
         Align::Left,
     );
     let width = layout.left - MARGIN - 2 * GAP;
     let (label, ink) = fonts.fitted(&main.row.label, Ink::black(27.0).bold(), width as f32);
-    fonts.draw(
-        canvas,
+    canvas.text(
+        fonts,
         (&label, ink),
         (MARGIN as f32, (layout.top - 11) as f32),
         Align::Left,
     );
-    blit(
-        canvas,
+    canvas.put(
         &shown(&main.beauty, main.exposure, layout.big),
         (MARGIN, layout.top),
     );
@@ -200,18 +200,18 @@ fn draw_main(
             width: scale(window.x + window.width, layout.big.0, main.beauty.width) - x,
             height: scale(window.y + window.height, layout.big.1, main.beauty.height) - y,
         };
-        frame(canvas, rect, 4, color);
+        canvas.frame(rect, 4, color);
     }
 }
 
-fn head(canvas: &mut Image, fonts: &Fonts, label: &str, (left, top): (usize, usize)) {
+fn head(canvas: &mut Sheet, fonts: &Fonts, label: &str, (left, top): (usize, usize)) {
     let (label, ink) = fonts.fitted(label, Ink::black(27.0).bold(), CELL as f32);
     let at = (left as f32 + CELL as f32 / 2.0, (top - 11) as f32);
-    fonts.draw(canvas, (&label, ink), at, Align::Center);
+    canvas.text(fonts, (&label, ink), at, Align::Center);
 }
 
 fn draw_insets(
-    canvas: &mut Image,
+    canvas: &mut Sheet,
     image: Option<(&Image, f32)>,
     (layout, windows): (&Layout, &[Rect]),
     left: usize,
@@ -223,7 +223,7 @@ fn draw_insets(
             width: CELL,
             height: layout.inset,
         };
-        fill(canvas, cell, ABSENT);
+        canvas.fill(cell, ABSENT);
         if let Some((image, exposure)) = image {
             let crop = image.crop((window.x, window.y), (window.width, window.height));
             let size = enlarged((crop.width, crop.height), (cell.width, cell.height));
@@ -231,9 +231,9 @@ fn draw_insets(
                 cell.x + (cell.width - size.0) / 2,
                 cell.y + (cell.height - size.1) / 2,
             );
-            blit(canvas, &shown(&crop, exposure, size), corner);
+            canvas.put(&shown(&crop, exposure, size), corner);
         }
-        frame(canvas, cell, 5, color);
+        canvas.frame(cell, 5, color);
     }
 }
 
@@ -245,7 +245,7 @@ fn enlarged(crop: (usize, usize), cell: (usize, usize)) -> (usize, usize) {
 }
 
 fn draw_flip(
-    canvas: &mut Image,
+    canvas: &mut Sheet,
     flip: Option<&Plane>,
     (layout, insets): (&Layout, usize),
     left: usize,
@@ -257,19 +257,19 @@ fn draw_flip(
         height: layout.flip.1,
     };
     match flip {
-        Some(flip) => blit(canvas, &painted(flip, 1.0, layout.flip), (cell.x, cell.y)),
-        None => fill(canvas, cell, ABSENT),
+        Some(flip) => canvas.put(&painted(flip, 1.0, layout.flip), (cell.x, cell.y)),
+        None => canvas.fill(cell, ABSENT),
     }
 }
 
 /// What the colours of the FLIP maps mean, in the reference's column.
-fn draw_scale(canvas: &mut Image, fonts: &Fonts, (left, top): (usize, usize)) {
+fn draw_scale(canvas: &mut Sheet, fonts: &Fonts, (left, top): (usize, usize)) {
     let ink = Ink::black(22.0);
     let at = |x: usize, y: usize| ((left + x) as f32, (top + y) as f32);
-    fonts.draw(canvas, ("FLIP map", ink), at(CELL / 2, 24), Align::Center);
-    blit(canvas, &color_bar(CELL - 20, 16), (left + 10, top + 36));
-    fonts.draw(canvas, ("0", ink), at(10, 74), Align::Left);
-    fonts.draw(canvas, ("1", ink), at(CELL - 10, 74), Align::Right);
+    canvas.text(fonts, ("FLIP map", ink), at(CELL / 2, 24), Align::Center);
+    canvas.put(&color_bar(CELL - 20, 16), (left + 10, top + 36));
+    canvas.text(fonts, ("0", ink), at(10, 74), Align::Left);
+    canvas.text(fonts, ("1", ink), at(CELL - 10, 74), Align::Right);
 }
 
 /// RMSE and FLIP under each column.
@@ -297,7 +297,7 @@ impl Values {
         }
     }
 
-    fn draw(&self, canvas: &mut Image, fonts: &Fonts, index: usize, (left, top): (usize, usize)) {
+    fn draw(&self, canvas: &mut Sheet, fonts: &Fonts, index: usize, (left, top): (usize, usize)) {
         for (line, values) in self.lines.iter().enumerate() {
             let (text, standing) = &values[index];
             let (text, ink) = fonts.fitted(text, Ink::black(24.0), CELL as f32);
@@ -305,7 +305,7 @@ impl Values {
                 left as f32 + CELL as f32 / 2.0,
                 (top + 28 + line * 32) as f32,
             );
-            fonts.draw(canvas, (&text, ink), (x, y), Align::Center);
+            canvas.text(fonts, (&text, ink), (x, y), Align::Center);
             if *standing == Standing::Best {
                 let width = fonts.width(&text, ink.size_px);
                 let rule = Rect {
@@ -314,7 +314,7 @@ impl Values {
                     width: width as usize,
                     height: 2,
                 };
-                fill(canvas, rule, ink.color);
+                canvas.fill(rule, ink.color);
             }
         }
     }

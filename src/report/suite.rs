@@ -9,7 +9,7 @@ use super::claims::{self, Claim};
 use super::data::Data;
 use super::{ReportError, escape, html};
 
-const TEMPLATE: &str = include_str!("suite.html");
+const TEMPLATE: &str = include_str!("page/suite.html");
 
 /// An experiment on the page.
 #[derive(Serialize)]
@@ -60,6 +60,9 @@ pub fn write_suite(
         "parts": parts,
     });
     let file = folder.join("report.html");
-    crate::files::write(&file, html::fill(("suite.html", TEMPLATE), page)?)?;
+    crate::files::write(
+        &file,
+        super::xml_text(&html::fill(("suite.html", TEMPLATE), page)?).as_bytes(),
+    )?;
     Ok(file)
 }

@@ -69,7 +69,7 @@ pub fn draw(
     };
     let caption = caption(data, &sheet, viewers.len());
     let name = format!("{}-{}", spec.name, scene.name);
-    let files = plot::write(data, &name, (sheet.size(), &sheet))?;
+    let files = plot::write(data, (&name, spec.width_mm), (sheet.size(), &sheet))?;
     Ok(files.map(|files| (files, caption)))
 }
 

@@ -6,7 +6,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::Axis;
-use super::plot::{self, FACE, LEGEND, Plot, TITLE, color, marker};
+use super::plot::{self, FACE, LEGEND, Plot, Spot, TITLE, color, marker};
+use super::{curves, number};
 
 const WIDTH: u32 = 1080;
 const HEIGHT: u32 = 290;
@@ -151,6 +152,7 @@ impl Plot for Sheet {
     fn draw_on<B: DrawingBackend>(
         &self,
         root: &DrawingArea<B, Shift>,
+        spots: &mut Vec<Spot>,
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         let (mut sheets, legend) = plot::titled(root, &self.title)?;
         if self.keyed() {
@@ -165,7 +167,11 @@ impl Plot for Sheet {
             let own = cells.iter().skip(column * rows * self.across);
             let is_last = column + 1 == self.columns.len();
             for (area, panel) in own.zip(panels) {
-                draw_panel(area, panel, is_last)?;
+                let look = Look {
+                    names_x: is_last,
+                    methods: &self.methods,
+                };
+                draw_panel(area, panel, (look, spots))?;
             }
         }
         let entries = self.methods.iter().map(|(index, l)| (*index, l.as_str()));
@@ -173,10 +179,16 @@ impl Plot for Sheet {
     }
 }
 
+/// What a panel does not say of itself.
+struct Look<'a> {
+    names_x: bool,
+    methods: &'a [(usize, String)],
+}
+
 fn draw_panel<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     panel: &Panel,
-    names_x: bool,
+    (Look { names_x, methods }, spots): (Look, &mut Vec<Spot>),
 ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
     let [(_, x), (_, y)] = [&panel.x, &panel.y];
     let mut builder = ChartBuilder::on(area);
@@ -227,6 +239,17 @@ fn draw_panel<B: DrawingBackend>(
         chart.draw_series(line.marked().map(|p| {
             EmptyElement::at((p.x, p.y)) + Polygon::new(marker(line.method), color.filled())
         }))?;
+        let label = methods.iter().find(|(index, _)| *index == line.method);
+        let label = label.map_or("", |(_, label)| label.as_str());
+        spots.extend(line.points.iter().map(|p| Spot {
+            at: chart.plotting_area().map_coordinate(&(p.x, p.y)),
+            text: format!(
+                "{label}: {} {}, {}",
+                panel.x.0,
+                number::lone(p.x),
+                curves::value(&panel.y.0, p.y, p.half)
+            ),
+        }));
     }
     Ok(())
 }

@@ -1,142 +1,166 @@
-//! The images that the HTML report flips between: reference, methods, and their error maps.
+//! The images that the page compares: of the reference and of each method, at each kept frame and for each viewer.
 
 use std::io;
 
 use serde::Serialize;
 
-use super::canvas::painted;
 use super::data::{Data, SceneOf};
-use super::escape;
 use super::figure::moment_of;
-use super::number::{self, Style};
+use super::number::Style;
 use super::pictures::Pictures;
-use super::shots::{Frames, Previews, Shots};
+use super::pixels::Shelf;
+use super::shots::{Frames, Previews};
 use super::side_by_side::bright_end;
 use crate::experiment::Unit;
-use crate::image::{Image, Plane, to_display, write_png_coded};
+use crate::image::Plane;
 
 /// One scene's images, all of one size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Viewer {
     pub scene: String,
-    pub width: usize,
-    pub height: usize,
-    /// Which picture of a sequence is shown, after a comma.
+    /// Which picture of a sequence is shown, after a comma; empty where all kept frames are.
     pub moment: String,
-    pub frames: Vec<Frame>,
-    /// Kept frames of a sequence.
-    pub shots: Option<Shots>,
+    /// Whether there are several frames.
+    pub many: bool,
     pub previews: Vec<Previews>,
-    /// The error that the brightest colour of the error maps stands for.
-    pub error_end: String,
+    /// [`Album`] as JSON.
+    pub album: String,
 }
 
-/// The images of a method, or of the reference.
-#[derive(Clone, Debug, Serialize)]
-pub struct Frame {
-    pub label: String,
-    pub image: String,
+/// What the viewer's script gets. A still is a sequence of one frame and one viewer.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Album {
+    pub width: usize,
+    pub height: usize,
+    /// Stops.
+    pub exposure: f32,
+    /// The error that the brightest colour stands for at first.
+    pub error_end: f32,
+    pub labels: Vec<String>,
+    /// The job of each label, relative to the results folder; null for the reference.
+    pub jobs: Vec<Option<String>>,
+    /// What each kept frame is called; the only one of a still is not.
+    pub frames: Vec<String>,
+    pub viewers: Vec<String>,
+    /// Position of the frame that is shown first.
+    pub start: usize,
+    /// How long a frame is shown while the viewer plays.
+    pub delay_ms: u32,
+    /// By viewer, frame and label.
+    pub cells: Vec<Vec<Vec<Cell>>>,
+}
+
+/// An image and its maps, by their names on the shelf.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Cell {
+    pub image: Option<String>,
     pub flip: Option<String>,
-    pub error: Option<String>,
+    pub records: Option<String>,
+    pub discontinuity: Option<String>,
+    /// Link to a picture of eight bits, where there are no pixels.
+    pub picture: Option<String>,
     /// `RMSE 0.0840 · FLIP 0.0245`, empty for the reference.
     pub values: String,
 }
 
-/// Writes the images of a scene's viewer; `None` when there are none.
+/// Keeps the images of a scene's viewer; `None` when there are none.
 pub fn write(
     data: &Data,
     (scene, pictures): (&SceneOf, &[Option<Pictures>]),
-    notes: &mut Vec<String>,
+    (shelf, notes): (&mut Shelf, &mut Vec<String>),
 ) -> io::Result<Option<Viewer>> {
     let there: Vec<&Pictures> = pictures.iter().flatten().collect();
     let Some(first) = there.first() else {
         return Ok(None);
     };
-    let errors: Vec<Option<Plane>> = there.iter().map(|p| p.error()).collect();
-    let end = bright_end(&errors.iter().flatten().collect::<Vec<_>>());
-    let frames = stills(data, (scene, &there), (&errors, end))?;
-    let mut viewer = Viewer {
-        scene: scene.title(),
+    let errors: Vec<Plane> = there.iter().filter_map(|p| p.error()).collect();
+    let with_reference = there.iter().any(|p| p.reference.is_some());
+    let mut album = Album {
         width: first.beauty.width,
         height: first.beauty.height,
-        moment: moment_of(data, scene),
-        shots: None,
-        previews: Vec::new(),
-        error_end: number::lone(f64::from(end)),
-        frames,
+        exposure: first.exposure,
+        error_end: bright_end(&errors.iter().collect::<Vec<_>>()),
+        ..Album::default()
     };
+    if with_reference {
+        album.labels.push("reference".into());
+        album.jobs.push(None);
+    }
+    for pictures in &there {
+        album.labels.push(pictures.row.label.clone());
+        album.jobs.push(Some(pictures.row.job.clone()));
+    }
     let sequence = data.sequence(scene, &data.points()[0]);
-    if let Some(sequence) = sequence.filter(|sequence| sequence.images() > 1) {
-        let shots = Frames {
+    let sequence = sequence.filter(|sequence| sequence.images() > 1);
+    let mut previews = Vec::new();
+    let mut kept = false;
+    if let Some(sequence) = sequence {
+        let frames = Frames {
             data,
             scene,
             sequence,
             pictures: &there,
-            with_reference: viewer.frames.len() > there.len(),
-            error_end: end,
+            with_reference,
         };
-        viewer.previews = shots.previews();
-        viewer.shots = shots.write(notes)?;
+        previews = frames.previews();
+        kept = frames.write(&mut album, (shelf, notes))?;
     }
-    Ok(Some(viewer))
+    if !kept {
+        let cells = stills((scene, &there), with_reference, shelf)?;
+        album.frames = vec![String::new()];
+        album.viewers = vec![String::new()];
+        album.cells = vec![vec![cells]];
+    }
+    Ok(Some(Viewer {
+        scene: scene.title(),
+        moment: if kept {
+            String::new()
+        } else {
+            moment_of(data, scene)
+        },
+        many: album.frames.len() > 1,
+        previews,
+        album: serde_json::to_string(&album)?,
+    }))
 }
 
 /// The pictures that jobs leave in any case: of the reference, if it is there, and of each method.
 fn stills(
-    data: &Data,
     (scene, there): (&SceneOf, &[&Pictures]),
-    (errors, end): (&[Option<Plane>], f32),
-) -> io::Result<Vec<Frame>> {
-    let (size, exposure) = there.first().map_or(((0, 0), 0.0), |first| {
-        ((first.beauty.width, first.beauty.height), first.exposure)
-    });
-    let put = |name: String, image: &Image| -> io::Result<String> {
-        let file = format!(
-            "figures/viewer/{}.png",
-            escape::file_name(&format!("{}-{name}", scene.name))
-        );
-        write_png_coded(&data.store.folder.join(&file), image).map_err(io::Error::other)?;
-        Ok(escape::link(&file))
-    };
+    with_reference: bool,
+    shelf: &mut Shelf,
+) -> io::Result<Vec<Cell>> {
     let style = |column: &str| {
         let values: Vec<f64> = there.iter().filter_map(|p| p.row.number(column)).collect();
         Style::of(Unit::None, values.into_iter())
     };
     let styles = [style("rmse"), style("flip_ldr")];
-    let mut frames = Vec::new();
-    if let Some(reference) = there.iter().find_map(|p| p.reference.as_ref()) {
-        frames.push(Frame {
-            label: "reference".into(),
-            image: put("_reference".into(), &to_display(reference, exposure))?,
-            flip: None,
-            error: None,
-            values: String::new(),
+    let mut cells = Vec::new();
+    if let Some(reference) = there.iter().find_map(|p| p.reference.as_ref())
+        && with_reference
+    {
+        cells.push(Cell {
+            image: Some(shelf.picture(&format!("{}-_reference", scene.name), reference)?),
+            ..Cell::default()
         });
     }
-    for (pictures, error) in there.iter().zip(errors) {
-        let label = &pictures.row.label;
-        let map = |plane: &Plane, end: f32| painted(plane, end, size);
-        let flip = pictures
-            .flip
-            .as_ref()
-            .map(|f| put(format!("{label}_flip"), &map(f, 1.0)));
-        let error = error
-            .as_ref()
-            .map(|e| put(format!("{label}_error"), &map(e, end)));
+    for pictures in there {
+        let row = pictures.row;
+        let name = |what: &str| format!("{}-{}_{what}", scene.name, row.label);
         let value = |column: &str, style: &Style| {
-            pictures
-                .row
-                .number(column)
-                .map_or_else(|| "—".to_owned(), |v| style.number(v))
+            let number = row.number(column);
+            number.map_or_else(|| "—".to_owned(), |v| style.number(v))
         };
-        frames.push(Frame {
-            label: label.clone(),
-            image: put(
-                format!("{label}_image"),
-                &to_display(&pictures.beauty, pictures.exposure),
-            )?,
-            flip: flip.transpose()?,
-            error: error.transpose()?,
+        let mut map = |what: &str, plane: &Option<Plane>| {
+            let plane = plane.as_ref();
+            plane.map(|p| shelf.map(&name(what), p)).transpose()
+        };
+        cells.push(Cell {
+            flip: map("flip", &pictures.flip)?,
+            records: map("records", &any(&pictures.records))?,
+            discontinuity: map("discontinuity", &pictures.discontinuity)?,
+            image: Some(shelf.picture(&name("image"), &pictures.beauty)?),
+            picture: None,
             values: format!(
                 "RMSE {} · FLIP {}",
                 value("rmse", &styles[0]),
@@ -144,5 +168,10 @@ fn stills(
             ),
         });
     }
-    Ok(frames)
+    Ok(cells)
+}
+
+/// A map that is not zero everywhere.
+pub fn any(plane: &Option<Plane>) -> Option<Plane> {
+    plane.clone().filter(|p| p.values.iter().any(|v| *v != 0.0))
 }

@@ -66,6 +66,7 @@ pub(super) fn sampled(shot: &Shot, paths: &TracedPaths, first: u32, count: u32) 
     });
     rendered.image = passes.mean();
     rendered.non_finite = passes.non_finite;
+    rendered.notes.extend(passes.note());
     rendered.rays = counter.read();
     rendered
 }

@@ -90,6 +90,7 @@ impl PerSample<'_> {
         }
         rendered.image = passes.mean();
         rendered.non_finite = passes.non_finite;
+        rendered.notes.extend(passes.note());
         rendered.rays = counter.read();
         rendered.found.push(("passes", f64::from(passes.count())));
         rendered

@@ -276,6 +276,12 @@ pub const COLUMNS: &[ColumnEntry] = &[
         "CPU time of all threads, without a search for settings, of a frame for one viewer",
         Cells::Derived(Row::cpu_seconds_per_image),
     ),
+    entry(
+        ("inefficiency", "inefficiency"),
+        (Unit::None, LOWER),
+        "RMSE² × `cpu_seconds_total`: error × time, which more samples do not change where noise is all there is",
+        Cells::Derived(Row::inefficiency),
+    ),
     metric(
         ("rmse_worst", "worst RMSE"),
         LOWER,

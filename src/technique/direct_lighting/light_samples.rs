@@ -95,6 +95,7 @@ impl LightSamples {
         });
         rendered.image = passes.mean();
         rendered.non_finite = passes.non_finite;
+        rendered.notes.extend(passes.note());
         rendered.rays = counter.read();
         rendered
     }
