@@ -205,9 +205,12 @@ impl Runner {
             };
             let played = with_panics_as_errors(|| player.play(loaded, &mut truths));
             let (row, frames) = self.told(job, played);
-            self.keep(job, &row, |folder| match frames.len() {
-                0 | 1 => Ok(()),
-                _ => crate::files::write(&folder.join("frames.csv"), frames_csv(&frames)?),
+            // A still has none; a sequence has them, however few of its frames were rendered.
+            let sequence = &job.sequence;
+            let is_still = sequence.frames.len() * sequence.viewers.len() <= 1;
+            self.keep(job, &row, |folder| match is_still || frames.is_empty() {
+                true => Ok(()),
+                false => crate::files::write(&folder.join("frames.csv"), frames_csv(&frames)?),
             })?;
             if fail_fast && !row.ok() {
                 break;

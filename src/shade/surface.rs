@@ -111,7 +111,8 @@ impl<'a> Surfaces<'a> {
         }
         if let Some(texture) = material.and_then(|m| m.normals) {
             let [along, _] = uv_tangents([e1, e2], corner_uvs, shading_normal);
-            normal = self.mapped_normal(texture, uv, [along, shading_normal]);
+            let mapped = self.mapped_normal(texture, uv, [along, shading_normal]);
+            normal = turned_to_viewer(mapped, shading_normal, -direction);
         }
         let frame = Frame::from_normal(normal);
         let view = -direction;
@@ -482,6 +483,15 @@ fn uv_tangents([e1, e2]: [Vec3; 2], uvs: [Vec2; 3], normal: Vec3) -> [Vec3; 2] {
     ]
 }
 
+/// A normal of a map, turned half around the shading normal where only one of both faces the viewer, who would see
+/// black there (as Mitsuba's `normalmap` does from version 3.6 on).
+fn turned_to_viewer(mapped: Vec3, shading_normal: Vec3, view: Vec3) -> Vec3 {
+    if mapped.dot(view) * shading_normal.dot(view) > 0.0 {
+        return mapped;
+    }
+    2.0 * mapped.dot(shading_normal) * shading_normal - mapped
+}
+
 /// The normal of the surface displaced along `normal` by a height of this gradient by (u, v).
 fn bumped(normal: Vec3, [by_u, by_v]: [Vec3; 2], gradient: Vec2) -> Vec3 {
     let lifted_u = by_u + normal * (gradient.x - normal.dot(by_u));
@@ -503,6 +513,17 @@ fn grey<'a>() -> LocalBsdf<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn normals_of_maps_that_face_away_are_turned_half_around() {
+        // What Mitsuba 3.9.1 answers for such views.
+        let mapped = Vec3::new(0.8, 0.0, 0.6);
+        let of = |view: Vec3| turned_to_viewer(mapped, Vec3::Z, view);
+        assert_eq!(of(Vec3::new(0.9, 0.0, 0.436)), mapped);
+        let turned = of(Vec3::new(-0.9, 0.0, 0.436));
+        assert!((turned - Vec3::new(-0.8, 0.0, 0.6)).length() < 1e-6);
+        assert_eq!(of(Vec3::new(-0.9, 0.0, -0.436)), mapped);
+    }
 
     #[test]
     fn bumps_tilt_against_the_slope() {

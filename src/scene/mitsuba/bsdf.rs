@@ -205,8 +205,8 @@ impl<'a> Importer<'a> {
             (ColourSource::Texture(index), 1.0) => {
                 inner.normals = Some(index);
                 self.note(
-                    "`normalmap`: normals that face away from the viewer are black and terminators hard, as before \
-                     version 3.6 of Mitsuba",
+                    "`normalmap`: terminators are hard, as with `use_shadowing_function` off, and normals that face away \
+                     from the viewer are turned round, as with `flip_invalid_normals` on",
                 );
             }
             _ => return Err(texture.error("normals come from a bitmap, without a scale around it")),
