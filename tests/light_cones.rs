@@ -326,6 +326,26 @@ fn a_sequence_goes_on_from_what_was_remembered() {
     }
 }
 
+/// Centres of large texels around the foot of the block lie beneath it, where it is dark.
+#[test]
+fn texels_beneath_a_block_do_not_darken_the_floor_around_it() {
+    let technique = direct();
+    let built = Built::new(&lamp_room(0.3, 20.0));
+    let truth = mean(&built.truth(technique.as_ref()));
+    let [moved, kept] = ["moved", "kept"].map(|cut_off| {
+        let text = format!("cut_off = '{cut_off}'\nbias = 2.0");
+        let mut contender = cones(technique.as_ref(), &text);
+        let first = built.play(contender.as_mut(), 0..1);
+        let last = built.play(contender.as_mut(), 1..32);
+        (found(&first, "moved_texels"), mean(&last.image) / truth)
+    });
+    assert!(moved.0 > 0.0 && kept.0 == 0.0);
+    assert!(
+        (moved.1 - 1.0).abs() < 0.03 && kept.1 < moved.1 - 0.01,
+        "{moved:?} {kept:?}"
+    );
+}
+
 /// Everything moves together, the camera too: nothing changes for anybody.
 #[test]
 fn what_moves_carries_its_texels_along() {

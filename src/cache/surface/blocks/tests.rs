@@ -125,3 +125,39 @@ fn what_is_remembered_goes_on_the_same() {
     let mut wide = Blocks::new(before.limits, 5);
     assert!(wide.recall(before.memory(), (&charts, &GRID)).is_err());
 }
+
+#[test]
+fn a_texel_begins_once_and_keeps_the_point_it_was_moved_to() {
+    let charts = charts();
+    let mut pool = pool(10, 2);
+    pool.begin(&row([0, 1]), (&charts, &GRID));
+    let [moved, stays] = [2.0, 10.0].map(|x| GRID.nearest(FLOOR, Vec2::new(x, 3.0), 0));
+    let point = SurfacePoint {
+        triangle: 0,
+        u: 0.25,
+        v: 0.5,
+    };
+    let (before, _) = pool.texel(stays).expect("its block is there");
+    assert!(pool.begins(moved) && pool.begins(stays));
+    pool.begin_texel(moved, Some(point));
+    pool.begin_texel(stays, None);
+    let check = |pool: &Blocks| {
+        assert!(!pool.begins(moved) && !pool.begins(stays));
+        assert_eq!(pool.texel(moved).map(|(point, _)| point), Some(point));
+        assert_eq!(pool.texel(stays).map(|(point, _)| point), Some(before));
+    };
+    check(&pool);
+    let mut again = self::pool(10, 2);
+    again
+        .recall(pool.memory(), (&charts, &GRID))
+        .expect("recalls");
+    check(&again);
+    // A block that comes back begins anew.
+    for _ in 0..3 {
+        pool.begin(&row([5]), (&charts, &GRID));
+    }
+    assert!(!pool.begins(moved), "its block is gone");
+    pool.begin(&row([0]), (&charts, &GRID));
+    assert!(pool.begins(moved));
+    assert_ne!(pool.texel(moved).map(|(point, _)| point), Some(point));
+}
