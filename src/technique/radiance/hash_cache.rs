@@ -146,9 +146,10 @@ impl Contender for HashCache {
         }
         for (shot, rendered) in shots.iter().zip(&mut images) {
             self.show(&cells, shot, rendered);
-            rendered.bytes_cache = cells.bytes();
             rendered.found.extend(&self.sizes);
         }
+        // What viewers share is held once.
+        images[0].bytes_cache = cells.bytes();
         self.cells = Some(cells);
         Ok(images)
     }

@@ -146,6 +146,8 @@ impl Contender for Sharc {
             for rendered in &mut images {
                 self.report(&merged, rendered);
             }
+            // What viewers share is held once.
+            images[0].bytes_cache = self.table.bytes();
         }
         for (shot, rendered) in shots.iter().zip(&mut images) {
             self.show(shot, rendered);
@@ -239,7 +241,6 @@ impl Sharc {
     }
 
     fn report(&self, merged: &Merged, rendered: &mut Rendered) {
-        rendered.bytes_cache = self.table.bytes();
         let occupied = self.table.occupied() as f64;
         rendered.found.extend([
             ("cells", occupied),

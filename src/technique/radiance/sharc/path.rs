@@ -230,8 +230,8 @@ impl<'a> Walk<'a> {
                 self.steps.push(step);
                 return;
             }
-            if let Some(place) = place {
-                step.albedo = at.base_albedo();
+            if let Some((place, albedo)) = place {
+                step.albedo = albedo;
                 if self.may_end(depth, &vertex, (place, spread), purpose) {
                     step.cached = self.look(place);
                 }
@@ -296,11 +296,12 @@ impl<'a> Walk<'a> {
         Some(scattered.leg)
     }
 
-    /// The cell of a vertex, if it has a diffuse base that is not black.
-    fn place(&self, at: &Interaction) -> Option<Place> {
-        let cached = at.bsdf.has_base() && at.base_albedo().max_element() > 0.0;
-        let place = || self.grid.place(at.position, at.facing_normal());
-        cached.then(place).flatten()
+    /// The cell of a vertex and the albedo of its diffuse base, if it has one that is not black.
+    fn place(&self, at: &Interaction) -> Option<(Place, Vec3)> {
+        let albedo = at.bsdf.has_base().then(|| at.base_albedo());
+        let albedo = albedo.filter(|albedo| albedo.max_element() > 0.0)?;
+        let place = self.grid.place(at.position, at.facing_normal())?;
+        Some((place, albedo))
     }
 
     /// Whether a path may end on the cell of a vertex.
