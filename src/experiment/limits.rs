@@ -128,7 +128,7 @@ mod tests {
         for (text, expected) in [
             (
                 "a = 1\nb = inf",
-                "c.toml:2:5: b: expected finite numbers, found inf",
+                "c.toml:2:1: b: expected finite numbers, found inf",
             ),
             ("parameters = { distance = -inf }", "distance"),
             ("[[scene]]\n[[scene]]\nao_distance = nan", "c.toml:3:"),

@@ -1,6 +1,7 @@
 //! Shapes that shine by a texture: cut into small triangles, each of which emits its mean.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::Vec2;
 
@@ -72,10 +73,12 @@ impl Scene {
             let (Some(texture), Some(factor)) = (declared.emission_texture, factor) else {
                 continue;
             };
-            if !read.contains_key(&texture) {
-                read.insert(texture, Texture::load(&description.textures[texture])?);
-            }
-            let texture = &read[&texture];
+            let texture = match read.entry(texture) {
+                Entry::Occupied(entry) => entry.into_mut(),
+                Entry::Vacant(entry) => {
+                    entry.insert(Texture::load(&description.textures[texture])?)
+                }
+            };
             let range = self.shapes[index].triangles();
             let means: Vec<[f32; 3]> = range
                 .clone()
@@ -121,10 +124,11 @@ impl Scene {
         let along = (2.0 * reach).ceil().clamp(2.0, MOST_SAMPLES) as u32;
         let mut sum = [0.0_f64; 3];
         for (i, j) in (0..along * along).map(|k| (k / along, k % along)) {
-            let place = |k: u32| (k as f32 + 0.5) / along as f32;
+            // The centre of one of the equal triangles that it is divided into, inside of it.
+            let place = |k: u32, third: f32| (k as f32 + third / 3.0) / along as f32;
             let (u, v) = match i + j >= along {
-                true => (1.0 - place(i), 1.0 - place(j)),
-                false => (place(i), place(j)),
+                true => (place(along - 1 - i, 2.0), place(along - 1 - j, 2.0)),
+                false => (place(i, 1.0), place(j, 1.0)),
             };
             let colour = texture.lookup(a + (b - a) * u + (c - a) * v);
             (0..3).for_each(|k| sum[k] += f64::from(colour[k]));

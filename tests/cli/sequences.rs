@@ -202,8 +202,8 @@ fn wrong_sequences_are_refused_with_their_place_before_anything_is_written() {
                 "{ time = 0, view = \"main\" }",
                 "{ time = nan, view = \"main\" }",
             ),
-            "moving.toml:14:18:",
-            "a finite number",
+            "moving.toml:14:11:",
+            "finite numbers",
         ),
         (
             with("view = \"main\" }, ", "view = \"mein\" }, "),
