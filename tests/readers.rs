@@ -21,8 +21,8 @@ fn seeds(format: &str) -> Vec<Vec<u8>> {
     let text = |text: &str| text.as_bytes().to_vec();
     match format {
         "config" => vec![
-            file("configs/stability.toml"),
-            file("configs/own/environment.toml"),
+            file("configs/checks/stability.toml"),
+            file("configs/ours/environment.toml"),
         ],
         "override" => ["caches=10..40..10", "size=[4,2]", "scale=1/4", "a.b=1,2,x"]
             .map(text)
@@ -49,7 +49,6 @@ fn seeds(format: &str) -> Vec<Vec<u8>> {
             image::ImageFormat::Png,
             image::ImageFormat::Jpeg,
             image::ImageFormat::Bmp,
-            image::ImageFormat::Tga,
         ]),
         "image" => {
             let mut all = pictures(&[image::ImageFormat::Png, image::ImageFormat::Jpeg]);
