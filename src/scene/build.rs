@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::geometry::{Loaded, Numbered, WorldShape, is_degenerate, load_together};
 use super::texture::estimated_bytes;
 use super::{
-    Bsdf, ColourSource, LightKind, Material, Needs, PointLight, SceneDescription, SceneError,
-    ShapeSource, Texture, TextureDescription, View,
+    LightKind, Material, Needs, PointLight, SceneDescription, SceneError, ShapeSource, Texture,
+    TextureDescription, View,
 };
 use crate::environment::{Environment, EnvironmentDescription, EnvironmentError};
 
@@ -517,34 +517,4 @@ fn used_textures(description: &SceneDescription, shapes: &[Shape]) -> Vec<usize>
         .into_iter()
         .filter(|&i| i < description.textures.len())
         .collect()
-}
-
-impl Material {
-    /// The colours that may come from textures or vertices.
-    fn colours(&self) -> impl Iterator<Item = ColourSource> {
-        let colour = match &self.bsdf {
-            Bsdf::Diffuse { reflectance } => Some(reflectance),
-            Bsdf::Plastic { diffuse, .. } => Some(diffuse),
-            Bsdf::Conductor { specular, .. } => Some(specular),
-            Bsdf::Dielectric { .. } => None,
-        };
-        [colour.copied(), self.opacity].into_iter().flatten()
-    }
-
-    /// Indices of the textures that it refers to.
-    pub fn textures(&self) -> Vec<usize> {
-        let index = |source| match source {
-            ColourSource::Texture(i) => Some(i),
-            ColourSource::Constant(_) | ColourSource::Vertices => None,
-        };
-        let textures = self.colours().filter_map(index);
-        let bump = self.bump.map(|(i, _)| i);
-        textures.chain(bump).chain(self.normals).collect()
-    }
-
-    /// Whether it takes the colours of vertices.
-    fn has_vertex_colours(&self) -> bool {
-        self.colours()
-            .any(|source| source == ColourSource::Vertices)
-    }
 }

@@ -243,6 +243,11 @@ impl Blocks {
         Some((self.points[slot][index], words))
     }
 
+    /// Whether this frame asks for a texel that was never used before.
+    pub fn any_begins(&self) -> bool {
+        self.slots.iter().any(|slot| slot.asked & !slot.begun != 0)
+    }
+
     /// Whether a texel was never used before.
     pub fn begins(&self, texel: Texel) -> bool {
         let slot = self.slot_of.get(&texel.block);

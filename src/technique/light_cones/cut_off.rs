@@ -40,6 +40,9 @@ pub(super) fn uncover(
     let Some((first, _)) = seen.first() else {
         return 0;
     };
+    if !surfaces.blocks.any_begins() {
+        return 0;
+    }
     let known = &*surfaces;
     let witnesses = least(
         seen.iter()
