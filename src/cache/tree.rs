@@ -69,13 +69,14 @@ impl RecordTree {
 
     /// Leaves out records with a position or normal that is not finite.
     pub fn new(positions: &[Vec3], normals: &[Vec3]) -> Self {
-        let mut items: Vec<(Vec3A, u32)> = positions
-            .par_iter()
-            .zip(normals)
-            .enumerate()
-            .filter(|(_, (p, n))| p.is_finite() && n.is_finite())
-            .map(|(i, (&p, _))| (p.into(), i as u32))
-            .collect();
+        let all = positions.par_iter().zip(normals).enumerate();
+        let is_finite = |(_, (p, n)): &(usize, (&Vec3, &Vec3))| p.is_finite() && n.is_finite();
+        let item = |(i, (&p, _)): (usize, (&Vec3, &Vec3))| (p.into(), i as u32);
+        // Where the number is known before, all threads write into one list.
+        let mut items: Vec<(Vec3A, u32)> = match all.clone().all(|one| is_finite(&one)) {
+            true => all.map(item).collect(),
+            false => all.filter(is_finite).map(item).collect(),
+        };
         if items.is_empty() {
             return Self::default();
         }
@@ -103,20 +104,21 @@ impl RecordTree {
     }
 
     fn bound(&self) -> Vec<Box3> {
-        let mut boxes = vec![Box3::EMPTY; 2 * self.leaves];
-        let (inner, outer) = boxes.split_at_mut(self.leaves);
-        outer.par_iter_mut().enumerate().for_each(|(leaf, b)| {
-            *b = Box3::around(self.position[self.block(leaf)].iter().copied());
-        });
-        for i in (1..self.leaves).rev() {
-            let child = |c: usize, inner: &[Box3]| {
-                if c < self.leaves {
-                    inner[c]
-                } else {
-                    outer[c - self.leaves]
-                }
-            };
-            inner[i] = child(2 * i, inner).union(child(2 * i + 1, inner));
+        let of_leaf = |node: usize| match node.checked_sub(self.leaves) {
+            Some(leaf) => Box3::around(self.position[self.block(leaf)].iter().copied()),
+            None => Box3::EMPTY,
+        };
+        let nodes = (0..2 * self.leaves).into_par_iter();
+        let mut boxes: Vec<Box3> = nodes.map(of_leaf).collect();
+        let mut width = self.leaves / 2;
+        while width > 0 {
+            let (above, below) = boxes.split_at_mut(2 * width);
+            above[width..]
+                .par_iter_mut()
+                .zip(below.par_chunks(2))
+                .with_min_len(1 << 12)
+                .for_each(|(node, children)| *node = children[0].union(children[1]));
+            width /= 2;
         }
         boxes
     }

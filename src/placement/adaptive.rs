@@ -88,8 +88,8 @@ impl Refinement for Adaptive {
                 count - proposed
             ));
         } else if proposed < count {
-            let mut free = usable(input.points);
-            free.retain(|&i| !taken[i as usize]);
+            let usable = usable(input.points).into_par_iter();
+            let mut free: Vec<u32> = usable.filter(|&i| !taken[i as usize]).collect();
             let mut rng = Rng::new(seed, STREAM_FILL, 2, 0);
             keep_random(&mut free, count - proposed, &mut rng);
             sites.extend(free);
@@ -200,18 +200,22 @@ fn propose(
             })
             .unzip();
         let nearest = search.map(&p, &n, |_, found| found.first().map(|f| f.record));
-        for (pair, site) in batch.iter().zip(nearest) {
+        // All threads sort out what cannot be a record; the rest is chosen one after another.
+        let fits = |(pair, site): (&Pair, &Option<u32>)| {
+            let site = (*site)? as usize;
+            let crowds = |end: usize| points.position[end].distance(points.position[site]) < apart;
+            let fits = !taken[site] && !ends(pair).into_iter().any(crowds);
+            fits.then_some((site, pair.difference))
+        };
+        let proposed = batch.par_iter().zip(&nearest).filter_map(fits);
+        for (site, difference) in proposed.collect::<Vec<_>>() {
             if sites.len() == count {
                 return (sites, last);
             }
-            let Some(site) = site.map(|s| s as usize) else {
-                continue;
-            };
-            let crowds = |end: usize| points.position[end].distance(points.position[site]) < apart;
-            if !taken[site] && !ends(pair).into_iter().any(crowds) {
+            if !taken[site] {
                 taken[site] = true;
                 sites.push(site as u32);
-                last = pair.difference;
+                last = difference;
             }
         }
     }

@@ -69,33 +69,39 @@ impl Cut {
         count: usize,
     ) -> Self {
         let order = tree.largest_first(count - 1);
-        let mut opened = vec![false; tree.nodes.len()];
-        order.iter().for_each(|&i| opened[i as usize] = true);
         let mut counts = AngularCounts {
             tree,
             angular,
             known: vec![Known::default(); tree.nodes.len()],
             limit: u32::try_from(count).unwrap_or(u32::MAX).saturating_add(1),
         };
-        let leaves = tree.cut(|i| opened[i as usize]);
+        let leaves = tree.cut(&order);
         counts.learn(&leaves);
-        let mut clusters: usize = leaves.iter().map(|&i| counts.of(i)).sum();
+        let mut clusters: usize = leaves.par_iter().map(|&i| counts.of(i)).sum();
         let mut splits = order.len();
-        let mut learned = splits;
         while clusters > count && splits > 0 {
-            if splits == learned {
-                learned = splits.saturating_sub((clusters - count).max(BATCH));
-                counts.learn(&order[learned..splits]);
+            let first = splits.saturating_sub((clusters - count).max(BATCH));
+            counts.learn(&order[first..splits]);
+            // How many clusters undoing each of the splits leaves instead of how many.
+            let changes: Vec<[usize; 2]> = order[first..splits]
+                .par_iter()
+                .map(|&node| {
+                    let children = tree.nodes[node as usize].children;
+                    let split = counts.of(children) + counts.of(children + 1);
+                    [counts.of(node), split]
+                })
+                .collect();
+            for [whole, split] in changes.into_iter().rev() {
+                clusters = clusters + whole - split;
+                splits -= 1;
+                if clusters <= count {
+                    break;
+                }
             }
-            splits -= 1;
-            let node = order[splits];
-            let children = tree.nodes[node as usize].children;
-            clusters = clusters + counts.of(node) - counts.of(children) - counts.of(children + 1);
-            opened[node as usize] = false;
         }
-        let nodes = tree.cut(|i| opened[i as usize]);
+        let nodes = tree.cut(&order[..splits]);
         Self {
-            records: nodes.iter().map(|&i| counts.record(i)).collect(),
+            records: nodes.par_iter().map(|&i| counts.record(i)).collect(),
             nodes,
             clusters,
             size: tree.nodes[order[..splits].last().map_or(0, |&i| i as usize)].size,
@@ -213,13 +219,12 @@ impl<F: Measure<Member = Spot>> AngularCounts<'_, F> {
 pub(super) fn split_largest(members: &mut [Spot], clusters: &mut Vec<Cluster>, count: usize) {
     while clusters.len() < count {
         let missing = count - clusters.len();
-        let mut order: Vec<usize> = (0..clusters.len())
-            .filter(|&i| clusters[i].range.len() > 1)
-            .collect();
+        let all = (0..clusters.len()).into_par_iter();
+        let mut order: Vec<usize> = all.filter(|&i| clusters[i].range.len() > 1).collect();
         if order.is_empty() {
             return;
         }
-        order.sort_by_key(|&i| {
+        order.par_sort_unstable_by_key(|&i| {
             let range = &clusters[i].range;
             (std::cmp::Reverse(range.len()), range.start)
         });

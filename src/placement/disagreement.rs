@@ -11,6 +11,8 @@ use crate::cache::{NO_POINT, Neighbour, Ranking, ShadingPoints};
 
 /// Half the width of the window that a gain is summed over, pixels.
 const RADIUS: usize = 2;
+/// Probes, or pixels, that one thread works on in a row.
+const PART: usize = 1 << 13;
 /// Most records that predict a point.
 const MOST_USED: usize = 6;
 const NONE: Neighbour = Neighbour {
@@ -61,10 +63,21 @@ impl<'a> Disagreement<'a> {
             .into_par_iter()
             .filter(|&point| is_white(points.pixel[point as usize]))
             .collect();
-        let mut probe_of_pixel = vec![NO_POINT; points.point_of_pixel.len()];
-        for (probe, &point) in probes.iter().enumerate() {
-            probe_of_pixel[points.pixel[point as usize] as usize] = probe as u32;
-        }
+        // Probes lie row after row, as points do.
+        let pixel_of = |probe: usize| probes.get(probe).map(|&p| points.pixel[p as usize]);
+        let mut probe_of_pixel = vec![0; points.point_of_pixel.len()];
+        let parts = probe_of_pixel.par_chunks_mut(PART).enumerate();
+        parts.for_each(|(part, own)| {
+            let first = (part * PART) as u32;
+            let mut probe = probes.partition_point(|&p| points.pixel[p as usize] < first);
+            for (pixel, own) in (first..).zip(own) {
+                *own = NO_POINT;
+                if pixel_of(probe) == Some(pixel) {
+                    *own = probe as u32;
+                    probe += 1;
+                }
+            }
+        });
         let of_probes = |values: &[Vec3]| -> Vec<Vec3> {
             probes
                 .par_iter()
@@ -107,16 +120,26 @@ impl<'a> Disagreement<'a> {
             .for_each_init(Vec::new, |seen, (flood, &site)| {
                 self.flood(site, (flood, seen))
             });
-        for (i, flood) in floods.iter().enumerate() {
-            for &(probe, distance) in &flood.reached {
-                let record = first + i as u32;
-                insert(
-                    &mut self.nearest[probe as usize][..self.used],
-                    Neighbour { record, distance },
-                );
-                self.stale[probe as usize] = true;
-            }
-        }
+        // Each thread takes in what reached a part of the probes, from all records in their order.
+        let used = self.used;
+        self.nearest
+            .par_chunks_mut(PART)
+            .zip(self.stale.par_chunks_mut(PART))
+            .enumerate()
+            .for_each(|(part, (nearest, stale))| {
+                let own = part * PART..(part + 1) * PART;
+                for (record, flood) in (first..).zip(&floods) {
+                    if flood.least as usize >= own.end || (flood.most as usize) < own.start {
+                        continue;
+                    }
+                    let reached = flood.reached.iter().map(|&(probe, d)| (probe as usize, d));
+                    for (probe, distance) in reached.filter(|(probe, _)| own.contains(probe)) {
+                        let new = Neighbour { record, distance };
+                        insert(&mut nearest[probe - own.start][..used], new);
+                        stale[probe - own.start] = true;
+                    }
+                }
+            });
         self.floods = floods;
         self.update(input);
     }
@@ -142,8 +165,7 @@ impl<'a> Disagreement<'a> {
         let window = Window::new(points, pixel);
         seen.clear();
         seen.resize((window.side * window.side).div_ceil(64), 0);
-        flood.reached.clear();
-        flood.front.clear();
+        flood.clear();
         flood.front.push(pixel as u32);
         window.enter(pixel, seen);
         let (p, n) = (points.position[origin], points.normal[origin]);
@@ -158,7 +180,7 @@ impl<'a> Disagreement<'a> {
             if distance >= farthest.distance {
                 continue;
             }
-            flood.reached.push((probe, distance));
+            flood.reach(probe, distance);
             each_white_neighbour(points, pixel as usize, |q| {
                 if window.enter(q, seen) {
                     flood.front.push(q as u32);
@@ -376,9 +398,26 @@ fn insert(nearest: &mut [Neighbour], new: Neighbour) {
 /// Working memory of the spread of one record.
 #[derive(Default)]
 struct Flood {
-    /// Points, and their distances from the record.
+    /// Probes, and their distances from the record.
     reached: Vec<(u32, f32)>,
+    /// The first and the last probe that was reached.
+    least: u32,
+    most: u32,
     front: Vec<u32>,
+}
+
+impl Flood {
+    fn clear(&mut self) {
+        self.reached.clear();
+        self.front.clear();
+        (self.least, self.most) = (u32::MAX, 0);
+    }
+
+    fn reach(&mut self, probe: u32, distance: f32) {
+        self.reached.push((probe, distance));
+        self.least = self.least.min(probe);
+        self.most = self.most.max(probe);
+    }
 }
 
 /// The pixels that a flood may reach: a square around the record's.

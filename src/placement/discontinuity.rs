@@ -4,7 +4,7 @@ use glam::DVec4;
 use rayon::prelude::*;
 
 use super::Refinable;
-use super::members::usable;
+use super::members::is_usable;
 use super::pairs::{Spread, spreads};
 use super::pick::{STREAM_FILL, STREAM_MAP, keep_random};
 use crate::cache::{NO_POINT, RecordSearch, SearchRule, ShadingPoints};
@@ -68,7 +68,7 @@ fn differences(input: &Refinable, records: usize) -> (Vec<Spread>, usize) {
     };
     // A fixed number of records for each pixel, flat and without a vector for each.
     let stride = records;
-    let mut nearest = vec![u32::MAX; points.len() * stride];
+    let mut nearest = vec![0; points.len() * stride];
     search.fill_records(&points.position, &points.normal, (&mut nearest, stride));
     spreads(input, &nearest, stride)
 }
@@ -79,7 +79,7 @@ fn differences(input: &Refinable, records: usize) -> (Vec<Spread>, usize) {
 /// small on flat ground as term by term.
 fn geometry(points: &ShadingPoints) -> Vec<f32> {
     let window = |at: usize, end: usize| at.saturating_sub(RADIUS)..(at + RADIUS + 1).min(end);
-    let row = |y: usize| {
+    let fill = |(y, own): (usize, &mut [f32])| {
         let mut columns = vec![DVec4::ZERO; points.width];
         for row in window(y, points.height) {
             let row = &points.point_of_pixel[row * points.width..][..points.width];
@@ -89,21 +89,40 @@ fn geometry(points: &ShadingPoints) -> Vec<f32> {
                 }
             }
         }
-        let value = move |(x, &point): (usize, &u32)| {
+        let row = points.point_of_pixel[y * points.width..][..points.width].iter();
+        let seen = row.enumerate().filter(|(_, point)| **point != NO_POINT);
+        for (value, (x, &point)) in own.iter_mut().zip(seen) {
             let sum: DVec4 = columns[window(x, columns.len())].iter().sum();
             let normal = points.normal[point as usize].as_dvec3();
-            (sum.w - normal.dot(sum.truncate())).max(0.0) as f32
-        };
-        let own = &points.point_of_pixel[y * points.width..][..points.width];
-        own.iter()
-            .enumerate()
-            .filter(|(_, point)| **point != NO_POINT)
-            .map(value)
+            *value = (sum.w - normal.dot(sum.truncate())).max(0.0) as f32;
+        }
     };
-    (0..points.height)
-        .into_par_iter()
-        .flat_map_iter(row)
-        .collect()
+    let mut values = vec![0.0; points.pixel.len()];
+    let rows = by_row(&mut values, &row_starts(points));
+    rows.into_par_iter().enumerate().for_each(fill);
+    values
+}
+
+/// The first point of each row of pixels, and the number of points: points lie row after row.
+fn row_starts(points: &ShadingPoints) -> Vec<usize> {
+    let before_row = |row: usize| {
+        let first_pixel = row * points.width;
+        points
+            .pixel
+            .partition_point(|&pixel| (pixel as usize) < first_pixel)
+    };
+    (0..=points.height).map(before_row).collect()
+}
+
+/// The values of the points of each row.
+fn by_row<'a, T>(mut values: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {
+    let mut rows = Vec::with_capacity(starts.len());
+    for row in starts.windows(2) {
+        let (own, rest) = values.split_at_mut(row[1] - row[0]);
+        rows.push(own);
+        values = rest;
+    }
+    rows
 }
 
 /// Divides by the largest finite value, cut off at a quantile, and adds. What is not finite adds
@@ -134,8 +153,8 @@ pub(super) fn draw(
     (count, seed): (usize, u64),
 ) -> (Vec<u32>, usize) {
     let points = input.points;
-    let mut free = vec![false; points.len()];
-    usable(points).iter().for_each(|&i| free[i as usize] = true);
+    let all = (0..points.len()).into_par_iter();
+    let mut free: Vec<bool> = all.map(|i| is_usable(points, i)).collect();
     input.sites.iter().for_each(|&i| free[i as usize] = false);
     let values = map.par_iter_mut().zip(&free);
     values.for_each(|(value, &free)| *value = if free { *value } else { 0.0 });
@@ -210,21 +229,8 @@ struct Tables {
 
 impl Tables {
     fn new(points: &ShadingPoints, map: &[f32]) -> Self {
-        // Points lie row after row.
-        let before_row = |row: usize| {
-            let first_pixel = row * points.width;
-            points
-                .pixel
-                .partition_point(|&pixel| (pixel as usize) < first_pixel)
-        };
-        let starts: Vec<usize> = (0..=points.height).map(before_row).collect();
+        let starts = row_starts(points);
         let mut within_row: Vec<f64> = map.par_iter().map(|&v| f64::from(v)).collect();
-        let (mut own, mut rest) = (Vec::with_capacity(points.height), &mut within_row[..]);
-        for row in starts.windows(2) {
-            let (values, tail) = rest.split_at_mut(row[1] - row[0]);
-            own.push(values);
-            rest = tail;
-        }
         let sum_up = |values: &mut [f64]| {
             let mut sum = 0.0;
             for value in values {
@@ -233,7 +239,10 @@ impl Tables {
             }
             sum
         };
-        let sums: Vec<f64> = own.into_par_iter().map(sum_up).collect();
+        let sums: Vec<f64> = by_row(&mut within_row, &starts)
+            .into_par_iter()
+            .map(sum_up)
+            .collect();
         let mut total = 0.0;
         let rows = sums.iter().map(|sum| {
             total += sum;

@@ -22,7 +22,7 @@
 use rayon::prelude::*;
 
 use super::disagreement::Disagreement;
-use super::members::usable;
+use super::members::{is_usable, usable};
 use super::pick::{STREAM_FILL, keep_random};
 use super::{Placement, Refinable, Refinement};
 use crate::cache::interpolation::gradient;
@@ -78,8 +78,8 @@ impl Refinement for ErrorGuided {
         let points = input.points;
         let records = (input.sites.len() + count).max(1);
         let spacing = self.spacing * (points.len() as f64 / records as f64).sqrt();
-        let mut free = vec![false; points.len()];
-        usable(points).iter().for_each(|&i| free[i as usize] = true);
+        let all = (0..points.len()).into_par_iter();
+        let mut free: Vec<bool> = all.map(|i| is_usable(points, i)).collect();
         input.sites.iter().for_each(|&i| free[i as usize] = false);
         let mut disagreement = Disagreement::new(input);
         let mut sites: Vec<u32> = Vec::with_capacity(count);

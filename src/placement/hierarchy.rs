@@ -105,6 +105,8 @@ impl<F: Measure> Hierarchy<F> {
     /// Grows the tree until it has at least `count` leaves or nothing can be split. Returns the
     /// size down to which all nodes are split.
     pub fn grow_to(&mut self, count: usize) -> f32 {
+        // Leaves, their parents, and some more than are asked for.
+        self.nodes.reserve(5 * count.min(self.members.len()) / 2);
         let mut threshold = f32::INFINITY;
         loop {
             let leaves = self.nodes.len().div_ceil(2);
@@ -197,28 +199,33 @@ impl<F: Measure> Hierarchy<F> {
             let size = self.nodes[i as usize].size;
             u64::from(!size.to_bits()) << 32 | u64::from(i)
         };
-        let mut order: Vec<u64> = (0..self.nodes.len() as u32)
+        let all = (0..self.nodes.len() as u32).into_par_iter();
+        let mut order: Vec<u64> = all
             .filter(|&i| self.nodes[i as usize].children != 0)
             .map(key)
             .collect();
         order.par_sort_unstable();
         order.truncate(most);
-        order.into_iter().map(|key| key as u32).collect()
+        order.into_par_iter().map(|key| key as u32).collect()
     }
 
-    /// The leaves left when exactly the nodes for which `opened` holds are split, by first member.
-    pub fn cut(&self, opened: impl Fn(u32) -> bool) -> Vec<u32> {
-        let mut leaves = Vec::new();
-        let mut stack = vec![0];
-        while let Some(i) = stack.pop() {
-            let node = &self.nodes[i as usize];
-            if node.children != 0 && opened(i) {
-                stack.extend([node.children + 1, node.children]);
-            } else {
-                leaves.push(i);
-            }
+    /// The leaves left when exactly the nodes `opened` are split, by first member. A node must be among them if a
+    /// child is.
+    pub fn cut(&self, opened: &[u32]) -> Vec<u32> {
+        if opened.is_empty() {
+            return vec![0];
         }
-        leaves
+        let mut is_open = vec![false; self.nodes.len()];
+        opened.iter().for_each(|&i| is_open[i as usize] = true);
+        let children = |&i: &u32| {
+            let first = self.nodes[i as usize].children;
+            [first, first + 1]
+        };
+        let leaves = opened.par_iter().flat_map_iter(children);
+        let key = |i: u32| u64::from(self.nodes[i as usize].begin) << 32 | u64::from(i);
+        let mut leaves: Vec<u64> = leaves.filter(|&i| !is_open[i as usize]).map(key).collect();
+        leaves.par_sort_unstable();
+        leaves.into_par_iter().map(|key| key as u32).collect()
     }
 }
 

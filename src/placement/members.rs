@@ -125,13 +125,13 @@ pub(super) fn usable(points: &ShadingPoints) -> Vec<u32> {
         return all.into_par_iter().collect();
     }
     all.into_par_iter()
-        .filter(|&i| {
-            let i = i as usize;
-            points.position[i].is_finite()
-                && points.normal[i].is_finite()
-                && points.depth[i].is_finite()
-        })
+        .filter(|&i| is_usable(points, i as usize))
         .collect()
+}
+
+/// Whether the position, normal and depth of a point are finite.
+pub(super) fn is_usable(points: &ShadingPoints, i: usize) -> bool {
+    points.position[i].is_finite() && points.normal[i].is_finite() && points.depth[i].is_finite()
 }
 
 /// Whether all values are finite; looks at whole chunks, which is faster than one at a time.

@@ -23,6 +23,7 @@ pub mod sd;
 pub mod vgc;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::cache::interpolation::InterpolationEntry;
 use crate::cache::{RecordSearch, ShadingPoints};
@@ -82,7 +83,7 @@ pub struct Refinable<'a> {
 impl Refinable<'_> {
     /// Positions and normals of the records.
     fn placed(&self) -> (Vec<Vec3>, Vec<Vec3>) {
-        let sites = self.sites.iter().map(|&i| i as usize);
+        let sites = self.sites.par_iter().map(|&i| i as usize);
         sites
             .map(|i| (self.points.position[i], self.points.normal[i]))
             .unzip()

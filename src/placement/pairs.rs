@@ -1,11 +1,15 @@
 //! Differences of pairs of records, each computed once.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::Refinable;
 
 /// Pixels that share one table of pairs.
 const CHUNK: usize = 1 << 14;
+/// Shares of the pairs that are compared by themselves.
+const SHARES: u64 = 256;
 const EMPTY: u64 = u64::MAX;
 
 /// The K nearest records of a pixel in ascending order of record, `u32::MAX` beyond their number.
@@ -20,41 +24,58 @@ pub(super) struct Spread {
 
 /// The spread of each pixel. `nearest` holds `stride` records for each pixel.
 ///
-/// Neighbouring pixels share most of their pairs: each chunk collects its own distinct pairs, the
-/// chunks' lists are merged, every pair of the whole image is compared once, and the chunks read
-/// the results back.
+/// Neighbouring pixels share most of their pairs: each chunk of pixels collects its own distinct pairs, every pair of
+/// the whole image is compared once, and the chunks read the results back. The pairs are compared in shares by their
+/// first record, so that no thread has to hold them all.
 pub(super) fn spreads(input: &Refinable, nearest: &[u32], stride: usize) -> (Vec<Spread>, usize) {
-    let chunks: Vec<Nearest> = nearest.chunks(CHUNK * stride).collect();
+    let chunks = nearest.par_chunks(CHUNK * stride);
     let mut tables: Vec<Table> = chunks
-        .par_iter()
-        .map(|chunk| {
-            let mut table = Table::new();
-            each_new_set(chunk, stride, |_, set| {
-                each_pair(set, |pair| table.enter(pair));
-            });
-            table
-        })
+        .clone()
+        .map(|chunk| Table::of(chunk, stride))
         .collect();
-    let mut pairs: Vec<u64> = tables.iter().flat_map(Table::pairs).collect();
-    pairs.par_sort_unstable();
-    pairs.dedup();
-    let values: Vec<f32> = pairs
-        .par_iter()
-        .map(|&pair| input.records.difference((pair >> 32) as u32, pair as u32))
-        .collect();
-    let spreads = tables
+    let records = input.sites.len() as u64;
+    let share = |share: u64| {
+        let begin = |share: u64| (share * records / SHARES) << 32;
+        Compared::new(input, &tables, begin(share)..begin(share + 1))
+    };
+    let shares: Vec<Compared> = (0..SHARES).into_par_iter().map(share).collect();
+    let mut spreads = vec![Spread::default(); nearest.len() / stride];
+    tables
         .par_iter_mut()
-        .zip(&chunks)
-        .flat_map_iter(|(table, chunk)| {
-            table.fill(&pairs, &values);
-            read_back(table, chunk, stride)
-        })
-        .collect();
-    (spreads, pairs.len())
+        .zip(chunks)
+        .zip(spreads.par_chunks_mut(CHUNK))
+        .for_each(|((table, chunk), spreads)| {
+            table.fill(&shares);
+            read_back(table, (chunk, stride), spreads);
+        });
+    let pairs = shares.iter().map(|share| share.pairs.len()).sum();
+    (spreads, pairs)
 }
 
-fn read_back(table: &Table, chunk: Nearest, stride: usize) -> Vec<Spread> {
-    let mut spreads = vec![Spread::default(); chunk.len() / stride];
+/// The distinct pairs of a share, ascending, and their differences.
+struct Compared {
+    pairs: Vec<u64>,
+    values: Vec<f32>,
+}
+
+impl Compared {
+    /// Those of all tables that lie in the range.
+    fn new(input: &Refinable, tables: &[Table], range: Range<u64>) -> Self {
+        let place = |table: &Table, pair: u64| table.pairs.partition_point(|&p| p < pair);
+        let mut pairs = Vec::new();
+        for table in tables {
+            let own = place(table, range.start)..place(table, range.end);
+            pairs.extend_from_slice(&table.pairs[own]);
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let difference = |&pair: &u64| input.records.difference((pair >> 32) as u32, pair as u32);
+        let values = pairs.iter().map(difference).collect();
+        Self { pairs, values }
+    }
+}
+
+fn read_back(table: &Table, (chunk, stride): (Nearest, usize), spreads: &mut [Spread]) {
     each_new_set(chunk, stride, |pixels, set| {
         let (mut sum, mut largest, mut count) = (0.0f64, 0.0f32, 0u32);
         each_pair(set, |pair| {
@@ -66,15 +87,10 @@ fn read_back(table: &Table, chunk: Nearest, stride: usize) -> Vec<Spread> {
         let mean = (sum / f64::from(count.max(1))) as f32;
         spreads[pixels].fill(Spread { mean, largest });
     });
-    spreads
 }
 
 /// Calls `found` with each run of pixels that have the same records.
-fn each_new_set(
-    chunk: Nearest,
-    stride: usize,
-    mut found: impl FnMut(std::ops::Range<usize>, &[u32]),
-) {
+fn each_new_set(chunk: Nearest, stride: usize, mut found: impl FnMut(Range<usize>, &[u32])) {
     let pixels = chunk.len() / stride;
     let set = |i: usize| &chunk[i * stride..(i + 1) * stride];
     let mut start = 0;
@@ -100,26 +116,33 @@ fn each_pair(set: &[u32], mut found: impl FnMut(u64)) {
 struct Table {
     keys: Vec<u64>,
     values: Vec<f32>,
-    used: usize,
+    /// The keys, ascending.
+    pairs: Vec<u64>,
 }
 
 impl Table {
-    fn new() -> Self {
-        Self {
+    /// The distinct pairs of a chunk of pixels.
+    fn of(chunk: Nearest, stride: usize) -> Self {
+        let mut table = Self {
             keys: vec![EMPTY; 1 << 10],
             values: Vec::new(),
-            used: 0,
-        }
+            pairs: Vec::new(),
+        };
+        each_new_set(chunk, stride, |_, set| {
+            each_pair(set, |pair| table.enter(pair));
+        });
+        table.pairs.sort_unstable();
+        table
     }
 
     fn enter(&mut self, pair: u64) {
-        if 2 * self.used >= self.keys.len() {
+        if 2 * self.pairs.len() >= self.keys.len() {
             self.grow();
         }
         let slot = self.find(pair);
         if self.keys[slot] == EMPTY {
             self.keys[slot] = pair;
-            self.used += 1;
+            self.pairs.push(pair);
         }
     }
 
@@ -135,36 +158,33 @@ impl Table {
     }
 
     fn grow(&mut self) {
-        let old = std::mem::take(&mut self.keys);
-        self.keys = vec![EMPTY; 2 * old.len()];
-        for pair in old.into_iter().filter(|&pair| pair != EMPTY) {
-            let slot = self.find(pair);
-            self.keys[slot] = pair;
+        self.keys = vec![EMPTY; 2 * self.keys.len()];
+        for i in 0..self.pairs.len() {
+            let slot = self.find(self.pairs[i]);
+            self.keys[slot] = self.pairs[i];
         }
     }
 
-    fn pairs(&self) -> impl Iterator<Item = u64> + '_ {
-        self.keys.iter().copied().filter(|&pair| pair != EMPTY)
-    }
-
-    /// Looks up the differences of all pairs of the table in the sorted list. The table's own pairs are
-    /// looked up in order, so that each is found a little after the one before.
-    fn fill(&mut self, pairs: &[u64], values: &[f32]) {
+    /// Looks up the differences of all pairs of the table. Both it and the shares are in ascending order, so that each
+    /// is found a little after the one before.
+    fn fill(&mut self, shares: &[Compared]) {
         self.values = vec![0.0; self.keys.len()];
-        let slots = 0..self.keys.len() as u32;
-        let mut slots: Vec<u32> = slots
-            .filter(|&slot| self.keys[slot as usize] != EMPTY)
-            .collect();
-        slots.sort_unstable_by_key(|&slot| self.keys[slot as usize]);
-        let mut at = 0;
-        for slot in slots.into_iter().map(|slot| slot as usize) {
-            let mut step = 1;
-            while at + step < pairs.len() && pairs[at + step] < self.keys[slot] {
-                step *= 2;
+        let mut begin = 0;
+        for Compared { pairs, values } in shares {
+            let Some(&last) = pairs.last() else { continue };
+            let mut at = 0;
+            while begin < self.pairs.len() && self.pairs[begin] <= last {
+                let pair = self.pairs[begin];
+                let mut step = 1;
+                while at + step < pairs.len() && pairs[at + step] < pair {
+                    step *= 2;
+                }
+                let end = (at + step + 1).min(pairs.len());
+                at += pairs[at..end].partition_point(|&other| other < pair);
+                let slot = self.find(pair);
+                self.values[slot] = values[at];
+                begin += 1;
             }
-            let end = (at + step + 1).min(pairs.len());
-            at += pairs[at..end].partition_point(|&pair| pair < self.keys[slot]);
-            self.values[slot] = values[at];
         }
     }
 }

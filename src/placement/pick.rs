@@ -1,5 +1,7 @@
 //! Random choices without repetition, and what all first stages do when points are few.
 
+use rayon::prelude::*;
+
 use super::Placement;
 use super::members::usable;
 use crate::cache::ShadingPoints;
@@ -55,9 +57,9 @@ pub(super) fn adjust(sites: &mut Vec<u32>, usable: &[u32], count: usize, seed: u
         keep_random(sites, count, &mut Rng::new(seed, STREAM_TRIM, 0, 0));
     } else if before < count {
         let mut taken = sites.clone();
-        taken.sort_unstable();
+        taken.par_sort_unstable();
         let mut free: Vec<u32> = usable
-            .iter()
+            .par_iter()
             .copied()
             .filter(|i| taken.binary_search(i).is_err())
             .collect();

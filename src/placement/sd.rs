@@ -115,9 +115,7 @@ impl FirstStage for SpatialDirectional {
         let threshold = splits
             .last()
             .map_or(f32::NAN, |&i| tree.nodes[i as usize].size);
-        let mut opened = vec![false; tree.nodes.len()];
-        splits.iter().for_each(|&i| opened[i as usize] = true);
-        let clusters = tree.cut(|i| opened[i as usize]);
+        let clusters = tree.cut(&splits);
         let average = Average {
             metric: DistanceMetric::literal(points.diagonal, points.metres_per_unit),
             jitter: 0.1,

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::Vec3;
+use rayon::prelude::*;
 use toml::Table;
 
 use super::distribution::distributions;
@@ -318,11 +319,12 @@ impl<'a> Setting<'a> {
 }
 
 fn select(points: &ShadingPoints, sites: &[u32]) -> Vec<Seen> {
-    sites.iter().map(|&i| Seen::of(points, i)).collect()
+    sites.par_iter().map(|&i| Seen::of(points, i)).collect()
 }
 
 fn search_over(points: &ShadingPoints, sites: &[u32], rule: SearchRule) -> RecordSearch {
-    let positions: Vec<Vec3> = sites.iter().map(|&i| points.position[i as usize]).collect();
-    let normals: Vec<Vec3> = sites.iter().map(|&i| points.normal[i as usize]).collect();
+    let of =
+        |values: &[Vec3]| -> Vec<Vec3> { sites.par_iter().map(|&i| values[i as usize]).collect() };
+    let (positions, normals) = (of(&points.position), of(&points.normal));
     RecordSearch::new(&positions, &normals, rule)
 }
