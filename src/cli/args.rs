@@ -1,7 +1,8 @@
 //! Every verb and flag.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
 const NOTES: &str = "Exit codes: 0 ok · 2 usage or config · 3 nothing selected · 4 some jobs failed · \
@@ -128,7 +129,8 @@ pub struct PlanArgs {
 
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// A results folder
+    /// A results folder, or its name below results/
+    #[arg(value_parser = results_folder())]
     pub folder: PathBuf,
     /// Put all pictures into report.html, so that it can be sent alone
     #[arg(long)]
@@ -137,7 +139,8 @@ pub struct ReportArgs {
 
 #[derive(Debug, Args)]
 pub struct GateArgs {
-    /// A results folder
+    /// A results folder, or its name below results/
+    #[arg(value_parser = results_folder())]
     pub folder: PathBuf,
     /// Also write a JUnit XML file
     #[arg(long, value_name = "FILE")]
@@ -147,16 +150,18 @@ pub struct GateArgs {
 #[derive(Debug, Args)]
 #[command(after_help = DIFF_NOTES)]
 pub struct DiffArgs {
-    /// The results folder that is compared with
+    /// The results folder that is compared with, or its name below results/
+    #[arg(value_parser = results_folder())]
     pub before: PathBuf,
     /// The results folder that is compared
+    #[arg(value_parser = results_folder())]
     pub after: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {
     /// Results folders of the same experiment
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = results_folder())]
     pub folders: Vec<PathBuf>,
     /// The folder to write
     #[arg(short, long)]
@@ -320,7 +325,8 @@ pub struct RefStatusArgs {
 
 #[derive(Debug, Args)]
 pub struct RefExtendArgs {
-    /// A results folder
+    /// A results folder, or its name below results/
+    #[arg(value_parser = results_folder())]
     pub folder: PathBuf,
     /// Samples per pixel to reach
     #[arg(long)]
@@ -354,4 +360,15 @@ fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse::<f64>().ok();
     let seconds = seconds.filter(|s| (0.0..=1e9).contains(s));
     seconds.ok_or_else(|| "expected seconds, 0 or more".into())
+}
+
+/// A folder as it is named, or the one of this name below `results` where only that one holds a run.
+fn results_folder() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(|named| {
+        let below = Path::new("results").join(&named);
+        match !named.join("plan.json").is_file() && below.join("plan.json").is_file() {
+            true => below,
+            false => named,
+        }
+    })
 }

@@ -57,7 +57,8 @@ impl Store {
             return Err(io::Error::new(
                 io::ErrorKind::NotFound,
                 format!(
-                    "{} holds no plan.json: expected a results folder written by `lightbench run`",
+                    "{} holds no plan.json: expected a results folder written by `lightbench run`, or its name \
+                     below results/",
                     folder.display()
                 ),
             ));

@@ -34,3 +34,21 @@ fn a_plan_half_of_whose_jobs_have_no_row_is_no_pass() {
     let junit = fs::read_to_string(place.path().join("gate.xml")).expect("written");
     assert!(junit.contains("2 of 4 jobs without a result"), "{junit}");
 }
+
+#[test]
+fn a_run_is_found_by_its_name_below_results() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    assert_eq!(place.lightbench(&["run", "tiny.toml"]).code, 0);
+    for verb in [
+        &["gate", "tiny"][..],
+        &["report", "tiny"],
+        &["diff", "tiny", "results/tiny"],
+    ] {
+        let named = place.lightbench(verb);
+        assert_eq!(named.code, 0, "{verb:?}: {}{}", named.out, named.err);
+    }
+    let other = place.lightbench(&["gate", "tine"]);
+    assert_eq!(other.code, 2);
+    assert!(other.err.contains("below results/"), "{}", other.err);
+}
