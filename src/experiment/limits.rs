@@ -1,6 +1,6 @@
 //! What a config may be called, and how many jobs it may make.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use toml::Value;
 
@@ -94,8 +94,16 @@ pub(super) fn check_names(source: &Source, config: &Config) -> Result<(), Config
         ));
         *number += 1;
     }
+    let mut taken = HashSet::new();
     for (place, name) in names {
-        check_name(name).map_err(|message| {
+        let list = place[0].clone();
+        let sound = match taken.insert((list.clone(), name)) {
+            true => check_name(name),
+            false => Err(format!(
+                "name: {name:?} is that of another {list}, whose files it would replace"
+            )),
+        };
+        sound.map_err(|message| {
             let place: Vec<&str> = place.iter().map(String::as_str).collect();
             source.error(&place, message)
         })?;
@@ -122,6 +130,24 @@ pub(super) fn check_name(name: &str) -> Result<(), String> {
 mod tests {
     use super::*;
     use crate::experiment::Override;
+
+    #[test]
+    fn two_tables_of_one_name_are_refused() {
+        let text = "name = \"t\"\ntechnique = \"ambient-occlusion\"\n[[scene]]\nname = \"stairs\"\n[[method]]\nid = \"IM\"\n\
+                    [[table]]\nname = \"a\"\n[[figure]]\nname = \"a\"\n[[table]]\nname = \"a\"";
+        let config: Config = toml::from_str(text).expect("a config");
+        let source = Source {
+            file: "c.toml".into(),
+            text: text.to_owned(),
+        };
+        let message = check_names(&source, &config)
+            .expect_err("two tables")
+            .to_string();
+        assert!(
+            message.contains("c.toml:11:1") && message.contains("another table"),
+            "{message}"
+        );
+    }
 
     #[test]
     fn numbers_that_are_not_finite_are_refused_with_their_place() {

@@ -193,7 +193,9 @@ fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMateria
                         set(material, keyword, kept);
                     })
                 }
-                _ => Ok(()),
+                // What no shading here depends on.
+                "Ka" | "map_Ka" | "Ni" | "Tf" | "illum" | "sharpness" | "map_aat" | "" => Ok(()),
+                _ => Err("only Kd, Ks, Ke, Ns, d, Tr, map_Kd and map_d are read".to_owned()),
             };
             if let Err(why) = done {
                 notes.push(note(&format!("`{keyword}` is left out: {why}")));
@@ -376,6 +378,22 @@ mod tests {
             assert_eq!((notes.len(), materials[0].exponent), (1, 7.0));
             assert!(materials[0].diffuse.iter().all(|d| (0.0..=1.0).contains(d)));
         }
+    }
+
+    #[test]
+    fn what_would_shine_or_bend_normals_elsewhere_is_not_left_out_in_silence() {
+        let (_, notes) =
+            parsed("newmtl lamp\nKa 1\nmap_Ke four.png\nmap_kd x.png\nillum 2\nbump b.png\n");
+        let left: Vec<bool> = [
+            "d/m.mtl:3: `map_Ke`",
+            "d/m.mtl:4: `map_kd`",
+            "d/m.mtl:6: `bump`",
+        ]
+        .iter()
+        .zip(&notes)
+        .map(|(start, note)| note.starts_with(start))
+        .collect();
+        assert_eq!(left, [true; 3], "{notes:?}");
     }
 
     #[test]
