@@ -9,6 +9,7 @@ use std::path::Path;
 use lightbench::experiment::{Sequence, Viewer};
 use lightbench::image::{Attributes, Image, Layer, Plane, read, write_exr, write_png};
 use lightbench::report::write;
+use report_support::boxes::assert_legible;
 use report_support::{Folder, Which, layers, picture};
 
 const KEY: &str = "00aa";
@@ -140,21 +141,20 @@ fn sequences(labels: [&str; 2]) -> (tempfile::TempDir, Folder, Vec<String>) {
 fn timelines_show_means_over_viewers_from_the_warm_up_on() {
     let (_place, folder, _) = sequences(["IM", "VGC"]);
     let written = write(&folder.path).expect("report");
+    assert_eq!(assert_legible(&folder.path), 4);
     let svg = folder.text("figures/time-atrium.svg");
     for text in ["Over time", "warm-up", "RMSE", "closest-hit rays", "VGC"] {
         assert!(svg.contains(text), "{text}");
     }
     // Two panels with a shade each, and one in the legend.
-    assert_eq!(svg.matches("opacity=\"0.08\" fill=\"#000000\"").count(), 3);
+    assert_eq!(svg.matches("fill-opacity=\"0.08\"").count(), 3);
     // Nine measured frames of two methods, twelve frames with rays.
     let corners = |line: &str| {
         line.split("points=\"")
             .nth(1)
             .map(|p| p.split('"').next().map(|p| p.split_whitespace().count()))
     };
-    let lines = svg
-        .lines()
-        .filter(|l| l.starts_with("<polyline fill=\"none\""));
+    let lines = svg.lines().filter(|l| l.starts_with("<polyline"));
     let long: Vec<usize> = lines
         .filter_map(corners)
         .flatten()
@@ -188,7 +188,7 @@ fn a_job_without_its_frames_is_noted() {
     for text in [
         "atrium IM seed 1: frames.csv:",
         "atrium VGC seed 1: frames.csv: line 2 names no frame",
-        "figure `time`: atrium: no finished job has the columns",
+        "figure `time` of atrium: no finished job has the columns",
     ] {
         assert!(summary.contains(text), "{text} in {summary}");
     }
@@ -286,6 +286,23 @@ fn swept_values_have_panels_of_their_own() {
     for caches in [100, 200, 400] {
         assert_eq!(svg.matches(&format!("caches={caches}")).count(), 2);
     }
+    assert_legible(&folder.path);
     // Two columns of frames.csv, each in two lines of two panels.
-    assert!(svg.contains("height=\"1290\""), "{}", &svg[..200]);
+    let panel = |text: &str| {
+        let start = svg.find(&format!(">{text}</text>"))?;
+        let element = &svg[svg[..start].rfind("<text")?..start];
+        let number = |key| {
+            element
+                .split(key)
+                .nth(1)?
+                .split('"')
+                .next()?
+                .parse::<f64>()
+                .ok()
+        };
+        Some((number(" x=\"")?, number(" y=\"")?))
+    };
+    let places = ["caches=100", "caches=200", "caches=400"].map(|text| panel(text).expect("there"));
+    assert!(places[0].1 == places[1].1 && places[0].0 < places[1].0);
+    assert!(places[0].1 < places[2].1 && places[0].0 == places[2].0);
 }

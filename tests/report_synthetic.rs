@@ -2,8 +2,11 @@
 
 mod report_support;
 
-use lightbench::image::{Image, read};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use lightbench::image::{Image, read, read_coded};
 use lightbench::report::{ReportError, write, write_single_file};
+use report_support::boxes::{assert_legible, texts};
 use report_support::{Folder, Which, layers, picture};
 
 const METHODS: [(&str, f64); 4] = [("IM", 0.12), ("SD", 0.09), ("VGC", 0.08), ("VGC+DGS", 0.05)];
@@ -120,6 +123,8 @@ fn a_complete_folder_gets_every_file() {
         "figures/maps-statues.png",
         "figures/curve.svg",
         "figures/curve.png",
+        "figures/curve.pdf",
+        "figures/compare-atrium.pdf",
         "tables/errors.csv",
         "tables/errors.md",
         "tables/errors.tex",
@@ -147,6 +152,138 @@ fn equal_folders_give_equal_bytes() {
         let bytes = |folder: &Folder| std::fs::read(folder.path.join(name)).expect("file");
         assert!(bytes(&first) == bytes(&second), "{}", name.display());
     }
+}
+
+/// Figures of every kind that still images give, at sizes for a paper.
+fn for_paper(sizes: &str) -> String {
+    let figure = |kind: &str, keys: &str| {
+        format!(
+            "[[figure]]\nname = \"{kind}\"\nkind = \"{kind}\"\ntitle = \"What a reader of a paper may call a figure when one line is not enough for all of it: {kind}\"\n{keys}\n{sizes}\n"
+        )
+    };
+    [
+        figure("side-by-side", "columns = 5"),
+        figure("records", "columns = 4"),
+        figure("discontinuity", "columns = 4"),
+        figure("components", ""),
+        figure("ranking", "columns = 1"),
+        figure(
+            "curves",
+            "x = \"caches\"\ny = [\"rmse\", \"flip_ldr\"]\ncolumns = 1",
+        ),
+    ]
+    .concat()
+}
+
+/// Twelve methods with long names in a sweep.
+fn crowded(sizes: &str) -> (tempfile::TempDir, Folder) {
+    let place = tempfile::tempdir().expect("folder");
+    let mut folder = Folder::new(&place.path().join("crowded"), &for_paper(sizes));
+    let labels = (1..=12).map(|i| format!("VGC+DGS at {i} times the angle"));
+    for (index, label) in labels.enumerate() {
+        for caches in [500, 1000, 20_000, 50_000] {
+            let which = Which {
+                caches: Some(caches),
+                ..which("statues", &label, 1)
+            };
+            let error = 0.1 + 0.01 * index as f64;
+            let images = layers(&picture(96, 54), error as f32);
+            folder.job(which, (error, error / (caches as f64).sqrt()), Some(images));
+        }
+    }
+    folder.write();
+    (place, folder)
+}
+
+#[test]
+fn no_text_is_cut_or_lies_on_another_one() {
+    let (_place, folder) = complete(EVERYTHING);
+    let summary = write(&folder.path).expect("report").summary;
+    assert_eq!(assert_legible(&folder.path), 8);
+    // By the outlines of letters.
+    assert!(
+        !summary.contains("lies on") && !summary.contains("leaves the"),
+        "{summary}"
+    );
+    for sizes in ["", "width_mm = 85\nfont_pt = 8"] {
+        let (_place, folder) = crowded(sizes);
+        let summary = write(&folder.path).expect("report").summary;
+        assert_eq!(assert_legible(&folder.path), 6, "{summary}");
+        assert!(
+            !summary.contains("lies on") && !summary.contains("leaves the"),
+            "{summary}"
+        );
+    }
+}
+
+#[test]
+fn figures_have_the_size_and_the_text_that_papers_ask_for() {
+    let (_place, folder) = crowded("width_mm = 178\nfont_pt = 8");
+    write(&folder.path).expect("report");
+    for name in [
+        "curves",
+        "ranking",
+        "records-statues",
+        "side-by-side-statues",
+    ] {
+        let svg = folder.text(&format!("figures/{name}.svg"));
+        assert!(svg.contains("width=\"178.0000mm\""), "{}", &svg[..200]);
+        let (texts, (width, _)) = texts(&svg);
+        let points = |units: f64| units * 178.0 / width / 25.4 * 72.0;
+        let common = texts.iter().filter(|t| (points(t.size) - 8.0).abs() < 0.1);
+        assert!(common.count() > 0, "{name}");
+        let smallest = texts
+            .iter()
+            .map(|t| points(t.size))
+            .fold(f64::MAX, f64::min);
+        assert!(smallest > 5.2, "{name}: {smallest}");
+        let pdf = std::fs::read(folder.path.join(format!("figures/{name}.pdf"))).expect("pdf");
+        let pdf = String::from_utf8_lossy(&pdf);
+        // 178 mm are 504.57 points.
+        assert!(pdf.contains("/MediaBox [0 0 504.5"), "{name}");
+        assert!(pdf.contains("/FontFile2"), "{name}");
+        assert_eq!(
+            pdf.contains("/Subtype /Image"),
+            name.contains('-'),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn pictures_come_through_pixel_by_pixel() {
+    let (_place, folder) = complete(EVERYTHING);
+    write(&folder.path).expect("report");
+    let svg = folder.text("figures/compare-statues.svg");
+    let document = roxmltree::Document::parse(&svg).expect("a drawing");
+    let (figure, _) = read_coded(&folder.path.join("figures/compare-statues.png")).expect("png");
+    let pictures = document
+        .descendants()
+        .filter(|node| node.has_tag_name("image"));
+    let mut count = 0;
+    for picture in pictures.filter(|picture| picture.attribute("width") != Some("1000")) {
+        let number = |name| {
+            picture
+                .attribute(name)
+                .and_then(|n| n.parse().ok())
+                .expect("a number")
+        };
+        let code = picture
+            .attribute("href")
+            .and_then(|href| href.split(',').nth(1));
+        let bytes = STANDARD.decode(code.expect("a picture")).expect("base64");
+        let file = folder.path.join("picture.png");
+        std::fs::write(&file, bytes).expect("written");
+        let (own, _) = read_coded(&file).expect("png");
+        let same = figure.crop((number("x"), number("y")), (own.width, own.height));
+        // Frames cover the rims.
+        let middle = (own.width / 2, own.height / 2);
+        assert_eq!(own.at(middle.0, middle.1), same.at(middle.0, middle.1));
+        let equal = own.pixels.iter().zip(&same.pixels).filter(|(a, b)| a == b);
+        assert!(equal.count() * 10 > own.pixels.len() * 8);
+        count += 1;
+    }
+    assert!(count > 10, "{count}");
 }
 
 #[test]

@@ -44,6 +44,7 @@ pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), Confi
                 names.column(column).map_err(|message| at(key, message))?;
             }
         }
+        on_paper(figure).map_err(|(key, message)| at(key, message))?;
         for label in &figure.methods {
             names
                 .label(label)
@@ -55,6 +56,21 @@ pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), Confi
 
 fn y(figure: &FigureSpec) -> impl Iterator<Item = (&'static str, &String)> {
     figure.y.iter().map(|y| ("y", y))
+}
+
+/// Checks the sizes of a figure; else the key that is at fault, and why.
+fn on_paper(figure: &FigureSpec) -> Result<(), (&'static str, String)> {
+    let sizes = [
+        ("width_mm", figure.width_mm, 10.0..=2000.0),
+        ("font_pt", figure.font_pt, 2.0..=72.0),
+    ];
+    for (key, size, range) in sizes {
+        if let Some(size) = size.filter(|size| !range.contains(size)) {
+            let (low, high) = (range.start(), range.end());
+            return Err((key, format!("{key} is {low} to {high}, found {size}")));
+        }
+    }
+    Ok(())
 }
 
 /// Checks a figure about frames; else the key that is at fault, and why.
@@ -274,6 +290,27 @@ expect = "EXPECT"
             error.contains("is `frame` or `time`, found `caches`"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn figures_are_as_large_as_paper_and_their_text_can_be_read() {
+        let planned = |keys: &str| {
+            let text = CONFIG.replace("EXPECT", "rmse(IM) < 1");
+            let text = text.replace("view = \"VIEW\"", "view = \"poles\"\nlabel = \"again\"");
+            let source = Source {
+                file: "c.toml".into(),
+                text: format!("{text}\n[[figure]]\nname = \"f\"\nkind = \"curves\"\n{keys}"),
+            };
+            plan(&source, &[]).map_err(|e| e.to_string())
+        };
+        planned("width_mm = 85\nfont_pt = 8").expect("plans");
+        for (keys, why) in [
+            ("width_mm = 0", "width_mm is 10 to 2000, found 0"),
+            ("font_pt = 100", "font_pt is 2 to 72, found 100"),
+        ] {
+            let error = planned(keys).expect_err(keys);
+            assert!(error.contains(why), "{error}");
+        }
     }
 
     #[test]

@@ -270,12 +270,15 @@ pub struct FigureSpec {
     /// first.
     #[serde(default)]
     pub per_viewer: bool,
-    /// Panels side by side, where a figure is made of equal panels; by default as many as suit their size.
+    /// Panels, frames, or methods of `side-by-side`, in a row; by default as many as suit their size.
     #[serde(default)]
     pub columns: Option<std::num::NonZeroUsize>,
-    /// Width of the SVG on paper, millimetres; default 300 pixels an inch.
+    /// Width on paper, millimetres; by default an inch has 300 pixels of a picture, and a panel of a plot is 85 mm wide.
     #[serde(default)]
     pub width_mm: Option<f64>,
+    /// Size of common text on paper, points; default 5.8, of plots 7.2. What has no room is set smaller.
+    #[serde(default)]
+    pub font_pt: Option<f64>,
 }
 
 impl FigureKind {

@@ -35,7 +35,7 @@ pub use guard::{decoded, is_cut_jpeg};
 pub use layer::{Attributes, Layer, Plane, Samples};
 pub use mean::ImageMean;
 pub use overview::overview;
-pub use png::{display_bytes, png_bytes, write_png, write_png_coded};
+pub use png::{display_bytes, png_bytes, write_png, write_png_bytes, write_png_coded};
 pub(crate) use read::decode_bytes;
 pub use read::{Encoding, Picture, read, read_coded, read_picture};
 pub use sanitise::{Sanitised, sanitise};

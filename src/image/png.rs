@@ -37,16 +37,24 @@ pub fn png_bytes(coded: &Image) -> Result<Vec<u8>, String> {
 
 /// Writes values in `[0, 1]` that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
 pub fn write_png_coded(path: &Path, coded: &Image) -> Result<(), ImageError> {
-    let bytes = bytes_of(coded);
-    let dimension = |n: usize| u32::try_from(n).map_err(|error| ImageError::encode(path, error));
-    let (width, height) = (dimension(coded.width)?, dimension(coded.height)?);
-    if bytes.len() != coded.width * coded.height * 3 || bytes.is_empty() {
-        let reason = format!("{width}x{height} with {} pixels", coded.pixels.len());
+    write_png_bytes(path, (coded.width, coded.height), &bytes_of(coded))
+}
+
+/// Writes three bytes a pixel, row-major, as 8-bit PNG.
+pub fn write_png_bytes(
+    path: &Path,
+    (width, height): (usize, usize),
+    bytes: &[u8],
+) -> Result<(), ImageError> {
+    if bytes.len() != width * height * 3 || bytes.is_empty() {
+        let reason = format!("{width}x{height} with {} bytes", bytes.len());
         return Err(ImageError::encode(path, reason));
     }
+    let dimension = |n: usize| u32::try_from(n).map_err(|error| ImageError::encode(path, error));
+    let (width, height) = (dimension(width)?, dimension(height)?);
     write_atomically(path, |writer| {
         PngEncoder::new(writer)
-            .write_image(&bytes, width, height, ExtendedColorType::Rgb8)
+            .write_image(bytes, width, height, ExtendedColorType::Rgb8)
             .map_err(|error| ImageError::encode(path, error))
     })
 }

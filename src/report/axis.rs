@@ -1,9 +1,5 @@
 //! An axis of a plot: linear, or logarithmic where the data spans a factor of ten.
 
-use std::ops::Range;
-
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-
 /// A range of values and its ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
@@ -92,6 +88,64 @@ impl Axis {
         }
     }
 
+    /// Ranks from the last to 1, the best, in the direction of the axis.
+    pub fn ranks(count: usize) -> Self {
+        Self {
+            low: count as f64 + 0.5,
+            high: 0.5,
+            logarithmic: false,
+            ticks: (1..=count).rev().map(|rank| rank as f64).collect(),
+        }
+    }
+
+    /// Places 0, 1, … of things that have names.
+    pub fn places(count: usize) -> Self {
+        Self {
+            low: -0.5,
+            high: count as f64 - 0.5,
+            logarithmic: false,
+            ticks: (0..count).map(|place| place as f64).collect(),
+        }
+    }
+
+    /// How far along the axis a value stands, from 0 to 1; values far outside are moved nearer.
+    pub fn share(&self, value: f64) -> f32 {
+        let scaled = |v: f64| match self.logarithmic {
+            true => v.max(f64::MIN_POSITIVE).ln(),
+            false => v,
+        };
+        let (low, high) = (scaled(self.low), scaled(self.high));
+        ((scaled(value) - low) / (high - low)).clamp(-0.5, 1.5) as f32
+    }
+
+    /// Where the grid is.
+    pub fn ticks(&self) -> &[f64] {
+        &self.ticks
+    }
+
+    /// A tick as it is written.
+    pub fn label(&self, tick: f64) -> String {
+        short(tick)
+    }
+
+    /// As many ticks, evenly chosen and zero among them, as can be labelled: all neighbours must fit beside one another.
+    pub fn labelled(&self, fit: impl Fn(f64, f64) -> bool) -> Vec<f64> {
+        let mut choices = vec![self.ticks.clone()];
+        if self.logarithmic {
+            let is_power = |t: &f64| (t.log10() - t.log10().round()).abs() < 1e-9;
+            let powers: Vec<f64> = self.ticks.iter().copied().filter(is_power).collect();
+            choices.extend((powers.len() > 1).then_some(powers));
+        }
+        let zero = self.ticks.iter().position(|t| *t == 0.0).unwrap_or(0);
+        choices.extend((2..=self.ticks.len()).map(|step| {
+            let ticks = self.ticks.iter().enumerate();
+            let every = ticks.filter(|(i, _)| i.abs_diff(zero).is_multiple_of(step));
+            every.map(|(_, tick)| *tick).collect()
+        }));
+        let fits = |ticks: &Vec<f64>| ticks.windows(2).all(|pair| fit(pair[0], pair[1]));
+        choices.into_iter().find(fits).unwrap_or_default()
+    }
+
     /// The lowest value that is shown.
     pub fn low(&self) -> f64 {
         self.low
@@ -100,38 +154,6 @@ impl Axis {
     /// The highest value that is shown.
     pub fn high(&self) -> f64 {
         self.high
-    }
-}
-
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        let (low, high, value) = match self.logarithmic {
-            true => (
-                self.low.ln(),
-                self.high.ln(),
-                value.max(f64::MIN_POSITIVE).ln(),
-            ),
-            false => (self.low, self.high, *value),
-        };
-        let share = ((value - low) / (high - low)).clamp(-0.5, 1.5);
-        limit.0 + (f64::from(limit.1 - limit.0) * share).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, _hint: Hint) -> Vec<f64> {
-        self.ticks.clone()
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.low..self.high
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format_ext(&self, value: &f64) -> String {
-        short(*value)
     }
 }
 
@@ -165,8 +187,7 @@ mod tests {
             [10_000.0, 20_000.0, 50_000.0, 100_000.0, 200_000.0]
         );
         assert!(!Axis::over([0.0, 200.0].into_iter(), true).logarithmic);
-        assert_eq!(axis.map(&axis.low, (0, 100)), 0);
-        assert_eq!(axis.map(&axis.high, (0, 100)), 100);
+        assert_eq!((axis.share(axis.low), axis.share(axis.high)), (0.0, 1.0));
         assert!(Axis::over([1e-9, 1e9].into_iter(), true).ticks.len() < 12);
     }
 
@@ -194,6 +215,18 @@ mod tests {
         assert_eq!(Axis::between([7.0, 7.0], 1.0).ticks, [7.0]);
         assert_eq!(Axis::between([1.0, 300.0], 1.0).ticks.len(), 4);
         assert!(Axis::between([0.0, 1.0], 0.0).ticks.len() > 4);
+    }
+
+    #[test]
+    fn fewer_ticks_are_labelled_where_there_is_no_room() {
+        let axis = Axis::over([0.0, 50.0].into_iter(), true);
+        assert_eq!(axis.labelled(|_, _| true), axis.ticks);
+        assert_eq!(axis.labelled(|a, b| b - a > 15.0), [0.0, 20.0, 40.0]);
+        let axis = Axis::over([10_000.0, 200_000.0].into_iter(), true);
+        assert_eq!(axis.labelled(|a, b| b >= 9.0 * a), [10_000.0, 100_000.0]);
+        assert_eq!(axis.labelled(|_, _| false).len(), 1);
+        assert_eq!(Axis::ranks(3).share(3.5), 0.0);
+        assert_eq!(Axis::places(2).share(1.5), 1.0);
     }
 
     #[test]

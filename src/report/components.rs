@@ -1,6 +1,6 @@
 //! What each part of a map's light adds: the classes of its texels, then the image of each method.
 
-use super::canvas::{blit, fitted_size, scaled, shown, white};
+use super::canvas::{fitted_size, scaled, shown};
 use super::figure::{Drawing, Head, Shown};
 use super::font::Fonts;
 use super::light_map::tinted;
@@ -40,11 +40,7 @@ pub fn draw(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, Str
     })
 }
 
-/// The map as large as it fits, on a white panel.
+/// The map as large as it fits.
 fn within(map: &Image, size: (usize, usize)) -> Image {
-    let mut panel = white(size.0, size.1);
-    let small = scaled(map, fitted_size((map.width, map.height), size));
-    let corner = ((size.0 - small.width) / 2, (size.1 - small.height) / 2);
-    blit(&mut panel, &small, corner);
-    panel
+    scaled(map, fitted_size((map.width, map.height), size))
 }

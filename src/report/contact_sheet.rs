@@ -2,25 +2,25 @@
 
 use super::canvas::{Rect, scaled};
 use super::data::{Data, SceneOf};
-use super::figure::{Drawing, Shown};
-use super::font::{Align, Fonts, Ink};
+use super::figure::{Drawing, Head, Shown};
+use super::font::{Align, Fonts};
 use super::frame_table::FrameTable;
 use super::pictures::Pictures;
 use super::sheet::Sheet;
 use super::shots::{frame_file, reference_key, values};
+use super::title::Title;
 use crate::experiment::spread;
 use crate::image::{Image, read_coded, to_display};
 
-/// Columns at most.
+/// Columns at most, if the config does not say it.
 const COLUMNS: usize = 8;
 /// Width of the pictures together, about, pixels.
 const WIDTH: usize = 1760;
 const MARGIN: usize = 16;
 const GAP: usize = 8;
-const TITLE: usize = 52;
-const HEAD: usize = 34;
-/// Height of the errors under a picture.
-const VALUES: usize = 28;
+/// Height of the numbers of frames, and of the errors under a picture, in sizes of common text.
+const HEAD: f32 = 1.4;
+const VALUES: f32 = 1.4;
 const ABSENT: [f32; 3] = [0.92; 3];
 const RIM: [f32; 3] = [0.75; 3];
 
@@ -37,12 +37,12 @@ struct Row {
     cells: Vec<(Option<Image>, String)>,
 }
 
-/// Draws up to eight kept frames of the first viewer, or of each with `per_viewer`.
+/// Draws some of the kept frames of the first viewer, or of each with `per_viewer`.
 pub fn draw(
     fonts: &Fonts,
     data: &Data,
-    (scene, shown, title): (&SceneOf, &[Shown], &str),
-    per_viewer: bool,
+    (scene, shown): (&SceneOf, &[Shown]),
+    (head, per_viewer): (Head, bool),
 ) -> Result<Drawing, String> {
     let sequence = data.sequence(scene, &data.points()[0]);
     let sequence = sequence.ok_or("no job has frames")?;
@@ -54,7 +54,7 @@ pub fn draw(
     if kept.is_empty() {
         return Err("no frame was kept".into());
     }
-    let frames = spread(&kept, COLUMNS);
+    let frames = spread(&kept, head.columns.unwrap_or(COLUMNS));
     let tables = there.iter().map(|p| FrameTable::of(data, p.row));
     let tables: Vec<FrameTable> = tables.map(Result::unwrap_or_default).collect();
     let names = sequence.viewer_names();
@@ -107,7 +107,7 @@ pub fn draw(
         false => String::new(),
     };
     Ok(Drawing {
-        sheet: films.draw(fonts, title, (first.beauty.width, first.beauty.height)),
+        sheet: films.draw(fonts, head.title, (first.beauty.width, first.beauty.height)),
         caption: format!(
             "{} frames{fewer}, {}, seed {}; errors are those of the frame.{who}",
             frames.len(),
@@ -120,33 +120,35 @@ pub fn draw(
 impl Films {
     fn draw(&self, fonts: &Fonts, title: &str, image: (usize, usize)) -> Sheet {
         let columns = self.heads.len();
-        let cell = cell_size(image, (WIDTH / columns).clamp(220, 480));
-        let ink = Ink::black(23.0);
-        let labels = self
-            .rows
-            .iter()
-            .map(|row| fonts.width(&row.label, ink.size_px));
-        let room = labels.fold(80.0, f32::max).min(240.0);
+        let ink = fonts.ink(1.0);
+        let labels = self.rows.iter();
+        let labels = labels.map(|row| fonts.width(&row.label, ink.size));
+        let room = labels.fold(80.0, f32::max).min(10.0 * fonts.em);
         let left = MARGIN + room as usize + 2 * GAP;
-        let pitch = (cell.0.max(200) + GAP, cell.1 + VALUES + GAP);
-        let top = MARGIN + TITLE + HEAD;
-        let mut canvas = Sheet::new(
-            left + columns * pitch.0 - GAP + MARGIN,
-            top + self.rows.len() * pitch.1 + MARGIN,
+        let texts = self.rows.iter().flat_map(|row| &row.cells);
+        let texts = texts.map(|(_, text)| fonts.width(text, ink.size));
+        let widest = texts.fold(0.0, f32::max) as usize;
+        let cell = cell_size(image, (WIDTH / columns).clamp(220, 480));
+        let values = fonts.room(VALUES);
+        let pitch = (
+            cell.0.max(widest).max(fonts.room(5.0)) + GAP,
+            cell.1 + values + GAP,
         );
-        let full = (canvas.width() - 2 * MARGIN) as f32;
-        let (title, bold) = fonts.fitted(title, Ink::black(28.0).bold(), full);
-        let at = (MARGIN as f32, (MARGIN + 28) as f32);
-        canvas.text(fonts, (&title, bold), at, Align::Left);
+        let width = left + columns * pitch.0 - GAP + MARGIN;
+        let title = Title::new(fonts, title, (width - 2 * MARGIN) as f32);
+        let top = MARGIN + title.height(fonts) + fonts.room(HEAD);
+        let height = top + self.rows.len() * pitch.1 - GAP + MARGIN;
+        let mut canvas = Sheet::new(width, height);
+        title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
         for (column, head) in self.heads.iter().enumerate() {
             let middle = (left + column * pitch.0 + cell.0 / 2) as f32;
-            let at = (middle, (top - 10) as f32);
+            let at = (middle, top as f32 - 0.4 * fonts.em);
             canvas.text(fonts, (head, ink), at, Align::Center);
         }
         for (index, row) in self.rows.iter().enumerate() {
             let y = top + index * pitch.1;
             let (label, fitted) = fonts.fitted(&row.label, ink, room);
-            let at = (MARGIN as f32, (y + cell.1 / 2 + 8) as f32);
+            let at = (MARGIN as f32, (y + cell.1 / 2) as f32 + 0.35 * fonts.em);
             canvas.text(fonts, (&label, fitted), at, Align::Left);
             for (column, (image, text)) in row.cells.iter().enumerate() {
                 let corner = (left + column * pitch.0, y);
@@ -155,13 +157,9 @@ impl Films {
                     None => canvas.fill(rect(corner, cell), ABSENT),
                 }
                 canvas.frame(rect(corner, cell), 1, RIM);
-                let room = (pitch.0 - 2 * GAP) as f32;
-                let (text, small) = fonts.fitted(text, Ink::black(18.0), room);
-                let at = (
-                    (corner.0 + cell.0 / 2) as f32,
-                    (y + cell.1 + VALUES - 9) as f32,
-                );
-                canvas.text(fonts, (&text, small), at, Align::Center);
+                let middle = (corner.0 + cell.0 / 2) as f32;
+                let at = (middle, (y + cell.1) as f32 + fonts.em);
+                canvas.text(fonts, (text, ink), at, Align::Center);
             }
         }
         canvas

@@ -1,20 +1,23 @@
 //! Error against a swept or measured quantity: one panel per metric and scene.
 
-use std::io;
-
-use plotters::coord::Shift;
-use plotters::prelude::*;
+use std::num::NonZeroUsize;
 
 use super::axis::Axis;
+use super::chart::{Around, Chart};
 use super::data::{Asked, Data, SceneOf};
-use super::figure::{shows_method, shows_scene};
-use super::number;
-use super::plot::{self, FACE, LEGEND, Plot, Spot, TITLE, color, marker};
+use super::figure::{Drawing, shows_method, shows_scene, title_of};
+use super::font::Fonts;
+use super::legend::Mark;
+use super::look::{color, marker, unit};
+use super::plot::{Plot, axis_name};
+use super::sheet::{Sheet, Stroke};
 use super::table_kinds::MOST_SCENES;
+use super::{chart, number};
 use crate::experiment::Column;
 use crate::experiment::FigureSpec;
 
-const PANEL: (u32, u32) = (600, 450);
+/// Size of the inner part of a panel, about.
+const PANEL: (f32, f32) = (600.0, 300.0);
 
 /// A method's curve in one panel.
 struct Curve {
@@ -33,35 +36,39 @@ struct Panel {
     curves: Vec<Curve>,
 }
 
-/// Paths of a plot and its caption.
-pub type Files = (Vec<String>, String);
-
-/// Writes `<name>.svg` and `<name>.png`; says why when there is nothing to draw.
-pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>> {
+/// Draws all panels; says why when there is nothing to draw.
+pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, String> {
     let (columns, panels) = panels(data, spec);
-    if panels
-        .iter()
-        .all(|p| p.curves.iter().all(|c| c.points.is_empty()))
-    {
-        return Ok(Err("no finished job has the quantities of its axes".into()));
+    let is_empty = |p: &Panel| p.curves.iter().all(|c| c.points.is_empty());
+    if panels.iter().all(is_empty) {
+        return Err("no finished job has the quantities of its axes".into());
     }
-    let rows = panels.len().div_ceil(columns.max(1));
-    let size = (
-        PANEL.0 * columns as u32,
-        TITLE + PANEL.1 * rows as u32 + LEGEND,
-    );
-    let sheet = Sheet {
-        title: if spec.title.is_empty() {
-            &spec.name
-        } else {
-            &spec.title
-        },
-        panels: &panels,
-        grid: (rows, columns),
+    let columns = spec.columns.map_or(columns, NonZeroUsize::get);
+    let left = chart::left_room(fonts, panels.iter().map(|panel| &panel.y.1));
+    let around = panels.iter().map(|panel| Around {
+        title: &panel.title,
+        x: (&panel.x.0, &panel.x.1),
+        y: (&panel.y.0, &panel.y.1),
+        names: &[],
+        left,
+    });
+    let curves = panels[0].curves.iter();
+    let plot = Plot {
+        title: title_of(spec),
+        legend: curves
+            .map(|c| (Mark::Method(c.index), c.label.clone()))
+            .collect(),
+        columns: columns.min(panels.len()),
+        panel: PANEL,
     };
-    let caption = "Means over seeds; bars are 95 % confidence intervals.";
-    let files = plot::write(data, (&spec.name, spec.width_mm), (size, &sheet))?;
-    Ok(files.map(|files| (files, caption.into())))
+    let around: Vec<Around> = around.collect();
+    let rows: Vec<&[Around]> = around.chunks(plot.columns).collect();
+    Ok(Drawing {
+        sheet: plot.draw(fonts, &rows, |sheet, index, chart| {
+            paint(sheet, fonts, (&panels[index], chart));
+        }),
+        caption: "Means over seeds; bars are 95 % confidence intervals.".into(),
+    })
 }
 
 /// All panels, scene by scene, and the number of metrics; of many scenes, when the config names none, the
@@ -100,7 +107,7 @@ fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) 
         })
         .collect();
     let all = || curves.iter().flat_map(|c| &c.points);
-    let heading = |key: &str| plot::axis_name(Column::of(key));
+    let heading = |key: &str| axis_name(Column::of(key));
     Panel {
         title: scene.title(),
         x: (heading(x), Axis::over(all().map(|p| p.0), false)),
@@ -143,82 +150,37 @@ fn points(
     points
 }
 
-/// Everything that is drawn, whatever the backend.
-struct Sheet<'a> {
-    title: &'a str,
-    panels: &'a [Panel],
-    grid: (usize, usize),
-}
-
-impl Plot for Sheet<'_> {
-    fn draw_on<B: DrawingBackend>(
-        &self,
-        root: &DrawingArea<B, Shift>,
-        spots: &mut Vec<Spot>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (sheets, legend) = plot::titled(root, self.title)?;
-        for (area, panel) in sheets.split_evenly(self.grid).iter().zip(self.panels) {
-            draw_panel(area, panel, spots)?;
-        }
-        let curves = self.panels.first().map_or(&[][..], |p| &p.curves);
-        let entries = curves.iter().map(|c| (c.index, c.label.as_str()));
-        plot::legend(&legend, &entries.collect::<Vec<_>>())
-    }
-}
-
-fn draw_panel<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    panel: &Panel,
-    spots: &mut Vec<Spot>,
-) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-    let mut chart = ChartBuilder::on(area)
-        .caption(&panel.title, (FACE, 22))
-        .margin_left(12)
-        .margin_right(28)
-        .margin_top(6)
-        .x_label_area_size(56)
-        .y_label_area_size(82)
-        .build_cartesian_2d(panel.x.1.clone(), panel.y.1.clone())?;
-    chart
-        .configure_mesh()
-        .x_desc(panel.x.0.clone())
-        .y_desc(panel.y.0.clone())
-        .label_style((FACE, 18))
-        .axis_desc_style((FACE, 20))
-        .bold_line_style(BLACK.mix(0.12))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
+/// The lines of a panel with their intervals and markers.
+fn paint(sheet: &mut Sheet, fonts: &Fonts, (panel, chart): (&Panel, &Chart)) {
     let floor = panel.y.1.low();
+    let unit = unit(fonts);
     for curve in &panel.curves {
         let color = color(curve.index);
-        let line = color.stroke_width(2);
-        chart.draw_series(LineSeries::new(
-            curve.points.iter().map(|p| (p.0, p.1)),
-            line,
-        ))?;
+        let stroke = Stroke::solid(color, 2.0 * unit);
+        let places: Vec<(f32, f32)> = curve.points.iter().map(|p| chart.at(p.0, p.1)).collect();
+        sheet.line(&places, stroke);
         for (x, y, half) in curve.points.iter().filter(|p| p.2 > 0.0) {
-            let ends = [(y - half).max(floor), y + half];
-            chart.draw_series([PathElement::new(ends.map(|end| (*x, end)).to_vec(), line)])?;
-            chart.draw_series(ends.map(|end| {
-                EmptyElement::at((*x, end)) + PathElement::new(vec![(-5, 0), (5, 0)], line)
-            }))?;
+            let ends = [(y - half).max(floor), y + half].map(|end| chart.at(*x, end));
+            sheet.line(&ends, stroke);
+            for (x, y) in ends {
+                sheet.line(&[(x - 5.0 * unit, y), (x + 5.0 * unit, y)], stroke);
+            }
         }
-        chart.draw_series(curve.points.iter().map(|p| {
-            EmptyElement::at((p.0, p.1)) + Polygon::new(marker(curve.index), color.filled())
-        }))?;
-        spots.extend(curve.points.iter().map(|(x, y, half)| Spot {
-            at: chart.plotting_area().map_coordinate(&(*x, *y)),
-            text: format!(
+        for place in &places {
+            sheet.polygon(&marker(curve.index, *place, unit), color, 1.0);
+        }
+        for ((x, y, half), place) in curve.points.iter().zip(places) {
+            let text = format!(
                 "{}, {}: {} {}, {}",
                 curve.label,
                 panel.title,
                 panel.x.0,
                 number::lone(*x),
                 value(&panel.y.0, *y, *half)
-            ),
-        }));
+            );
+            sheet.spot(place, &text);
+        }
     }
-    Ok(())
 }
 
 /// `RMSE 0.084 ± 0.002`, without an interval where there is none.

@@ -8,15 +8,43 @@ use serde::Serialize;
 
 use super::data::{Data, SceneOf};
 use super::font::Fonts;
+use super::look;
 use super::pictures::{self, Pictures};
 use super::pixels::Shelf;
 use super::sheet::Sheet;
 use super::viewer::{self, Viewer};
 use super::{
-    components, contact_sheet, curves, escape, light_map, overlay, ranking, side_by_side, timeline,
+    components, contact_sheet, curves, escape, light_map, overlay, paper, ranking, side_by_side,
+    timeline,
 };
 use crate::experiment::{FigureKind, FigureSpec};
-use crate::image::write_png_coded;
+
+/// Scale of figures of pictures: an inch has 300 of their pixels, which are pixels of the PNG too.
+const PICTURES: Scale = Scale {
+    units_per_inch: 300.0,
+    em: 24.0,
+    pixels: 1,
+};
+/// Scale of plots: a panel is as wide as a column of a paper.
+const PLOTS: Scale = Scale {
+    units_per_inch: 180.0,
+    em: look::EM,
+    pixels: 2,
+};
+const MM_PER_INCH: f64 = 25.4;
+const POINTS_PER_INCH: f64 = 72.0;
+/// How many times larger than usual text is drawn at most.
+const LARGEST: f32 = 4.0;
+
+/// Sizes of a figure where the config does not say them.
+struct Scale {
+    /// Units of the sheet in an inch of paper.
+    units_per_inch: f64,
+    /// Size of common text, units.
+    em: f32,
+    /// Pixels of the PNG in a unit.
+    pixels: usize,
+}
 
 /// A figure that was written.
 #[derive(Clone, Debug, Serialize)]
@@ -26,6 +54,8 @@ pub struct Figure {
     pub caption: String,
     /// Paths relative to the results folder; the first is shown.
     pub files: Vec<String>,
+    /// Width on the page, pixels.
+    pub width: usize,
     #[serde(skip)]
     spec: usize,
 }
@@ -70,21 +100,50 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
         for (index, spec) in data.config.figure.iter().enumerate() {
             if !spec.kind.is_plot() && shows_scene(spec, scene) {
                 let shown = shown(data, spec, &pictures);
-                one_scene(data, (&fonts, spec, index), (scene, &shown), &mut drawn)?;
+                let asked = Asked {
+                    data,
+                    spec,
+                    index,
+                    scene: Some(&scene.name),
+                };
+                one_scene(&asked, &fonts, (scene, &shown), &mut drawn)?;
             }
         }
         let viewer = viewer::write(data, (scene, &pictures), (shelf, &mut drawn.notes))?;
         drawn.viewers.extend(viewer);
     }
     for (index, spec) in data.config.figure.iter().enumerate() {
+        let of_scene = |scene| Asked {
+            data,
+            spec,
+            index,
+            scene,
+        };
+        let asked = of_scene(None);
+        let of_all = (spec.name.as_str(), title_of(spec));
         match spec.kind {
-            FigureKind::Curves => drawn.add((spec, index), curves::draw(data, spec)?),
-            FigureKind::Ranking => drawn.add((spec, index), ranking::draw(data, spec)?),
+            FigureKind::Curves => {
+                drawn.add((&asked, of_all), &fonts, |fonts| {
+                    curves::draw(fonts, data, spec)
+                })?;
+            }
+            FigureKind::Ranking => {
+                drawn.add((&asked, of_all), &fonts, |fonts| {
+                    ranking::draw(fonts, data, spec)
+                })?;
+            }
             FigureKind::Timeline => {
                 for scene in data.scenes.iter().filter(|scene| shows_scene(spec, scene)) {
-                    let plot = timeline::draw(data, (spec, scene), &mut drawn.notes)?;
-                    let plot = plot.map_err(|reason| format!("{}: {reason}", scene.name));
-                    drawn.add((spec, index), plot);
+                    let timeline = timeline::of_scene(data, (spec, scene), &mut drawn.notes);
+                    let name = format!("{}-{}", spec.name, scene.name);
+                    let asked = of_scene(Some(&scene.name));
+                    drawn.add((&asked, (&name, title_of(spec))), &fonts, |fonts| {
+                        let (timeline, caption) = timeline.as_ref().map_err(String::clone)?;
+                        Ok(Drawing {
+                            sheet: timeline.draw(fonts),
+                            caption: caption.clone(),
+                        })
+                    })?;
                 }
             }
             _ => {}
@@ -96,18 +155,102 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
     Ok(drawn)
 }
 
-impl Drawn {
-    /// A plot, or why it is not there.
-    fn add(&mut self, (spec, index): (&FigureSpec, usize), plot: Result<curves::Files, String>) {
-        match plot {
-            Ok((files, caption)) => self.figures.push(Figure {
-                title: title_of(spec).to_owned(),
-                caption,
-                files,
-                spec: index,
-            }),
-            Err(reason) => self.notes.push(format!("figure `{}`: {reason}", spec.name)),
+/// A figure that a config asks for, and its position there; of which scene, if it is of one.
+struct Asked<'a> {
+    data: &'a Data,
+    spec: &'a FigureSpec,
+    index: usize,
+    scene: Option<&'a str>,
+}
+
+impl Asked<'_> {
+    fn scale(&self) -> Scale {
+        match self.spec.kind.is_plot() {
+            true => PLOTS,
+            false => PICTURES,
         }
+    }
+
+    /// A drawing and its width on paper. It is drawn again until its text has the size that is asked for: how wide it
+    /// is may depend on that.
+    fn sized(
+        &self,
+        fonts: &Fonts,
+        draw: impl Fn(&Fonts) -> Result<Drawing, String>,
+    ) -> Result<(Drawing, f64), String> {
+        let scale = self.scale();
+        let mut em = scale.em;
+        let mut drawing = draw(&fonts.at(em))?;
+        for _ in 0..4 {
+            let Some(points) = self.spec.font_pt else {
+                break;
+            };
+            let units_per_inch = drawing.sheet.width as f64 / self.inches(&drawing);
+            let right = (points / POINTS_PER_INCH * units_per_inch) as f32;
+            let right = right.min(LARGEST * scale.em);
+            if (right / em - 1.0).abs() < 0.01 {
+                break;
+            }
+            em = right;
+            drawing = draw(&fonts.at(em))?;
+        }
+        let width_mm = self.inches(&drawing) * MM_PER_INCH;
+        Ok((drawing, width_mm))
+    }
+
+    /// Width on paper.
+    fn inches(&self, drawing: &Drawing) -> f64 {
+        match self.spec.width_mm {
+            Some(width_mm) => width_mm / MM_PER_INCH,
+            None => drawing.sheet.width as f64 / self.scale().units_per_inch,
+        }
+    }
+}
+
+impl Drawn {
+    /// Writes a figure, given its file name and title, or notes why it is not there.
+    fn add(
+        &mut self,
+        (asked, (name, title)): (&Asked, (&str, &str)),
+        fonts: &Fonts,
+        draw: impl Fn(&Fonts) -> Result<Drawing, String>,
+    ) -> io::Result<()> {
+        let spec = asked.spec;
+        let note = |reason: &str| match asked.scene {
+            Some(scene) => format!("figure `{}` of {scene}: {reason}", spec.name),
+            None => format!("figure `{}`: {reason}", spec.name),
+        };
+        let (Drawing { sheet, caption }, width_mm) = match asked.sized(fonts, draw) {
+            Ok(drawing) => drawing,
+            Err(reason) => {
+                self.notes.push(note(&reason));
+                return Ok(());
+            }
+        };
+        let name = escape::file_name(name);
+        let file = (&asked.data.store, name.as_str());
+        match paper::write(file, fonts, (&sheet, width_mm, asked.scale().pixels))? {
+            Ok(clashes) => self.notes.extend(clashes.iter().map(|clash| note(clash))),
+            Err(reason) => {
+                self.notes.push(note(&reason));
+                return Ok(());
+            }
+        }
+        // Points of a plot tell what they stand for on the page: its SVG is shown.
+        let endings = match spec.kind.is_plot() {
+            true => ["svg", "png", "pdf"],
+            false => ["png", "svg", "pdf"],
+        };
+        self.figures.push(Figure {
+            title: title.to_owned(),
+            caption,
+            files: endings
+                .map(|ending| format!("figures/{name}.{ending}"))
+                .to_vec(),
+            width: sheet.width,
+            spec: asked.index,
+        });
+        Ok(())
     }
 }
 
@@ -170,11 +313,12 @@ pub fn title_of(spec: &FigureSpec) -> &str {
 }
 
 fn one_scene(
-    data: &Data,
-    (fonts, spec, index): (&Fonts, &FigureSpec, usize),
+    asked: &Asked,
+    fonts: &Fonts,
     (scene, shown): (&SceneOf, &[Shown]),
     drawn: &mut Drawn,
 ) -> io::Result<()> {
+    let Asked { data, spec, .. } = *asked;
     let moment = match spec.kind.is_about_frames() {
         true => String::new(),
         false => moment_of(data, scene),
@@ -184,40 +328,20 @@ fn one_scene(
         title: &title,
         columns: spec.columns.map(NonZeroUsize::get),
     };
-    let drawing = match spec.kind {
-        FigureKind::SideBySide => side_by_side::draw(fonts, shown, (&title, &spec.insets)),
+    let draw = |fonts: &Fonts| match spec.kind {
+        FigureKind::SideBySide => side_by_side::draw(fonts, shown, (head, &spec.insets)),
         FigureKind::Records => overlay::records(fonts, shown, head),
         FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, head),
         FigureKind::Lights => light_map::lights(fonts, shown, head),
         FigureKind::Classification => light_map::classes(fonts, shown, head),
         FigureKind::Components => components::draw(fonts, shown, head),
         FigureKind::Frames => {
-            contact_sheet::draw(fonts, data, (scene, shown, &title), spec.per_viewer)
+            contact_sheet::draw(fonts, data, (scene, shown), (head, spec.per_viewer))
         }
-        FigureKind::Curves | FigureKind::Ranking | FigureKind::Timeline => return Ok(()),
+        FigureKind::Curves | FigureKind::Ranking | FigureKind::Timeline => {
+            Err("a plot is not about one scene's images".into())
+        }
     };
-    match drawing {
-        Ok(Drawing { sheet, caption }) => {
-            let name = escape::file_name(&format!("{}-{}", spec.name, scene.name));
-            let clashes = sheet.clashes();
-            let noted = clashes.iter().map(|c| format!("figure `{name}`: {c}"));
-            drawn.notes.extend(noted);
-            let files = ["png", "svg"].map(|kind| format!("figures/{name}.{kind}"));
-            let path = data.store.folder.join(&files[0]);
-            write_png_coded(&path, &sheet.image).map_err(io::Error::other)?;
-            data.store
-                .write(&files[1], &super::xml_text(&sheet.svg(spec.width_mm)))?;
-            drawn.figures.push(Figure {
-                title,
-                caption,
-                files: files.to_vec(),
-                spec: index,
-            });
-        }
-        Err(reason) => drawn.notes.push(format!(
-            "figure `{}` of {}: {reason}",
-            spec.name, scene.name
-        )),
-    }
-    Ok(())
+    let name = format!("{}-{}", spec.name, scene.name);
+    drawn.add((asked, (&name, &title)), fonts, draw)
 }

@@ -1,33 +1,36 @@
-//! Text drawn with embedded typefaces: no font of the system is needed.
+//! The embedded typefaces: how wide texts are. No font of the system is needed.
 
-use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
+use std::sync::Arc;
 
-use super::canvas::blend;
-use crate::image::Image;
+use resvg::usvg::fontdb::{Database, Source};
+use ttf_parser::Face;
 
-/// The typefaces: the first that has a character draws it.
+/// The first that has a character draws it.
+const FACES: [&[u8]; 2] = [
+    epaint_default_fonts::UBUNTU_LIGHT,
+    epaint_default_fonts::HACK_REGULAR,
+];
+
+/// The typefaces, and the size of a figure's common text.
+#[derive(Clone)]
 pub struct Fonts {
-    faces: Vec<FontRef<'static>>,
+    faces: Vec<Face<'static>>,
+    /// For programs that draw SVG.
+    pub database: Arc<Database>,
+    /// Size of common text, units of the sheet.
+    pub em: f32,
 }
 
 /// Size, weight and colour of a text.
 #[derive(Clone, Copy, Debug)]
 pub struct Ink {
-    pub size_px: f32,
+    pub size: f32,
     pub bold: bool,
     /// sRGB-coded.
     pub color: [f32; 3],
 }
 
 impl Ink {
-    pub fn black(size_px: f32) -> Self {
-        Self {
-            size_px,
-            bold: false,
-            color: [0.07; 3],
-        }
-    }
-
     pub fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
@@ -41,49 +44,65 @@ pub enum Align {
     Right,
 }
 
-/// Bytes of the sans-serif face, for the plots.
-pub const SANS: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
-
 impl Fonts {
     /// Reads the embedded typefaces.
     pub fn load() -> Result<Self, String> {
-        let faces = [SANS, epaint_default_fonts::HACK_REGULAR];
-        let faces = faces
-            .into_iter()
-            .map(FontRef::try_from_slice)
-            .collect::<Result<_, _>>()
-            .map_err(|e| format!("the embedded typeface cannot be read: {e}"))?;
-        Ok(Self { faces })
+        let faces: Result<_, _> = FACES.iter().map(|face| Face::parse(face, 0)).collect();
+        let mut database = Database::new();
+        for face in FACES {
+            database.load_font_source(Source::Binary(Arc::new(face)));
+        }
+        Ok(Self {
+            faces: faces.map_err(|e| format!("the embedded typeface cannot be read: {e}"))?,
+            database: Arc::new(database),
+            em: 1.0,
+        })
     }
 
-    fn face(&self, c: char) -> &FontRef<'static> {
-        let has = |face: &&FontRef| face.glyph_id(c).0 != 0;
-        self.faces.iter().find(has).unwrap_or(&self.faces[0])
+    /// The same typefaces with common text of another size.
+    pub fn at(&self, em: f32) -> Self {
+        Self { em, ..self.clone() }
     }
 
-    fn advance(&self, c: char, size_px: f32) -> f32 {
-        let face = self.face(c);
-        face.as_scaled(PxScale::from(size_px))
-            .h_advance(face.glyph_id(c))
+    /// Black text of a size relative to common text.
+    pub fn ink(&self, share: f32) -> Ink {
+        Ink {
+            size: share * self.em,
+            bold: false,
+            color: [0.07; 3],
+        }
     }
 
-    /// Width in pixels.
-    pub fn width(&self, text: &str, size_px: f32) -> f32 {
-        text.chars().map(|c| self.advance(c, size_px)).sum()
+    /// Whole units for something that grows with the text.
+    pub fn room(&self, share: f32) -> usize {
+        (share * self.em).round() as usize
+    }
+
+    fn advance(&self, c: char, size: f32) -> f32 {
+        let glyph = |face: &Face| {
+            let advance = face.glyph_hor_advance(face.glyph_index(c)?)?;
+            Some(f32::from(advance) / f32::from(face.units_per_em()))
+        };
+        size * self.faces.iter().find_map(glyph).unwrap_or(0.6)
+    }
+
+    /// Width of a line of text.
+    pub fn width(&self, text: &str, size: f32) -> f32 {
+        text.chars().map(|c| self.advance(c, size)).sum()
     }
 
     /// The text cut with an ellipsis, after its size was reduced by up to a third, to fit a width.
     pub fn fitted(&self, text: &str, ink: Ink, width: f32) -> (String, Ink) {
-        let full = self.width(text, ink.size_px);
+        let full = self.width(text, ink.size);
         let shrink = (width / full.max(1.0)).clamp(2.0 / 3.0, 1.0);
         let ink = Ink {
-            size_px: ink.size_px * shrink,
+            size: ink.size * shrink,
             ..ink
         };
         let mut text = text.to_owned();
-        if self.width(&text, ink.size_px) > width + 0.5 {
+        if self.width(&text, ink.size) > width + 0.5 {
             while !text.is_empty()
-                && self.width(&text, ink.size_px) + self.advance('…', ink.size_px) > width
+                && self.width(&text, ink.size) + self.advance('…', ink.size) > width
             {
                 text.pop();
             }
@@ -92,39 +111,28 @@ impl Fonts {
         (text, ink)
     }
 
-    /// Draws a line of text with its baseline at `position` (x, y) into an sRGB-coded image.
-    pub fn draw(
-        &self,
-        canvas: &mut Image,
-        (text, ink): (&str, Ink),
-        position: (f32, f32),
-        align: Align,
-    ) {
-        let width = self.width(text, ink.size_px);
-        let mut x = match align {
-            Align::Left => position.0,
-            Align::Center => position.0 - width / 2.0,
-            Align::Right => position.0 - width,
-        };
-        for c in text.chars() {
-            let face = self.face(c);
-            let strokes: &[f32] = if ink.bold { &[0.0, 0.35, 0.7] } else { &[0.0] };
-            for offset in strokes {
-                let at = point(x + offset * ink.size_px / 20.0, position.1);
-                let glyph = face.glyph_id(c).with_scale_and_position(ink.size_px, at);
-                if let Some(outline) = face.outline_glyph(glyph) {
-                    let corner = outline.px_bounds().min;
-                    outline.draw(|dx, dy, cover| {
-                        let (px, py) = (
-                            corner.x as i64 + i64::from(dx),
-                            corner.y as i64 + i64::from(dy),
-                        );
-                        blend(canvas, (px, py), ink.color, cover);
-                    });
-                }
-            }
-            x += self.advance(c, ink.size_px);
+    /// The ink in which a text that must not be cut, such as a number, fits a width.
+    pub fn shrunk(&self, text: &str, ink: Ink, width: f32) -> Ink {
+        let share = width / self.width(text, ink.size).max(1.0);
+        Ink {
+            size: ink.size * share.min(1.0),
+            ..ink
         }
+    }
+
+    /// The text in lines that fit a width, broken between words; a longer word stands alone.
+    pub fn lines(&self, text: &str, ink: Ink, width: f32) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for word in text.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if self.width(&format!("{line} {word}"), ink.size) <= width => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        lines
     }
 }
 
@@ -133,27 +141,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrows_and_accents_have_glyphs_and_long_texts_are_cut() {
-        let fonts = Fonts::load().expect("embedded");
+    fn arrows_and_accents_have_glyphs_and_long_texts_are_cut_or_broken() {
+        let fonts = Fonts::load().expect("embedded").at(24.0);
         for c in "aé±×—↓↑·…".chars() {
-            assert_ne!(fonts.face(c).glyph_id(c).0, 0, "{c}");
+            let has = |face: &Face| face.glyph_index(c).is_some();
+            assert!(fonts.faces.iter().any(has), "{c}");
         }
-        let long = "a label that is far too long for its column".repeat(3);
-        let (cut, ink) = fonts.fitted(&long, Ink::black(24.0), 200.0);
-        assert!(cut.ends_with('…') && fonts.width(&cut, ink.size_px) <= 200.0);
-        assert_eq!(fonts.fitted("IM", Ink::black(24.0), 200.0).0, "IM");
-    }
-
-    #[test]
-    fn drawing_over_the_border_is_cut() {
-        let fonts = Fonts::load().expect("embedded");
-        let mut canvas = Image::new(3, 2);
-        fonts.draw(
-            &mut canvas,
-            ("WWW", Ink::black(40.0).bold()),
-            (-10.0, 8.0),
-            Align::Left,
-        );
-        assert!(canvas.pixels.iter().flatten().all(|v| v.is_finite()));
+        let long = "a label that is far too long for its column ".repeat(3);
+        let (cut, ink) = fonts.fitted(&long, fonts.ink(1.0), 200.0);
+        assert!(cut.ends_with('…') && fonts.width(&cut, ink.size) <= 200.0);
+        assert_eq!(fonts.fitted("IM", fonts.ink(1.0), 200.0).0, "IM");
+        let lines = fonts.lines(&long, fonts.ink(1.0), 200.0);
+        assert!(lines.iter().all(|line| fonts.width(line, 24.0) <= 200.0));
+        assert_eq!(lines.join(" "), long.trim());
+        assert_eq!(fonts.lines("", fonts.ink(1.0), 200.0).len(), 0);
     }
 }

@@ -2,11 +2,10 @@
 
 use super::canvas::{disc, fitted_size, scaled};
 use super::figure::{Drawing, Head, Shown};
-use super::font::{Align, Fonts, Ink};
+use super::font::Fonts;
 use super::number;
-use super::overlay::{FOOT_LINE, MARGIN, arrange};
+use super::overlay::{arrange, legend};
 use super::pictures::{LightPictures, Pictures};
-use super::sheet::Sheet;
 use crate::environment::LightKind;
 use crate::image::Image;
 
@@ -66,7 +65,10 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, S
     legend(
         &mut canvas,
         fonts,
-        ["direct or global light", "indirect light"],
+        [
+            ("direct or global light", DIRECT),
+            ("indirect light", INDIRECT),
+        ],
     );
     Ok(Drawing {
         sheet: canvas,
@@ -88,7 +90,11 @@ pub fn classes(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, 
         return Err("these methods do not tell emissive texels apart".into());
     }
     let mut canvas = arrange(fonts, &panels, head);
-    legend(&mut canvas, fonts, ["emissive", "not emissive"]);
+    legend(
+        &mut canvas,
+        fonts,
+        [("emissive", DIRECT), ("not emissive", INDIRECT)],
+    );
     Ok(Drawing {
         sheet: canvas,
         caption: "Texels on which direct lights stand red, all others blue.".into(),
@@ -112,17 +118,6 @@ pub fn tinted(own: &LightPictures) -> Image {
         (0..3).for_each(|c| pixel[c] += (color[c] - pixel[c]) * share);
     }
     shown
-}
-
-fn legend(canvas: &mut Sheet, fonts: &Fonts, texts: [&str; 2]) {
-    let y = (canvas.height() - MARGIN) as f32 - FOOT_LINE;
-    let ink = Ink::black(22.0);
-    let mut x = MARGIN as f32;
-    for (text, color) in texts.into_iter().zip([DIRECT, INDIRECT]) {
-        canvas.disc((x + 7.0, y - 7.0), 6.0, color);
-        canvas.text(fonts, (text, ink), (x + 22.0, y), Align::Left);
-        x += 22.0 + fonts.width(text, ink.size_px) + 28.0;
-    }
 }
 
 #[cfg(test)]

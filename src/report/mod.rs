@@ -6,6 +6,7 @@
 mod against_first;
 mod axis;
 mod canvas;
+mod chart;
 mod claims;
 mod components;
 mod contact_sheet;
@@ -19,9 +20,12 @@ mod frame_table;
 mod html;
 mod inset;
 mod job_lines;
+mod legend;
 mod light_map;
+mod look;
 mod number;
 mod overlay;
+mod paper;
 mod pictures;
 mod pixels;
 mod plot;
@@ -38,6 +42,7 @@ mod table_kinds;
 mod table_text;
 mod timeline;
 mod timeline_plot;
+mod title;
 mod viewer;
 
 use std::path::{Path, PathBuf};

@@ -2,19 +2,19 @@
 
 use super::canvas::{color_bar, disc, fitted_size, painted, shown};
 use super::figure::{Drawing, Head, Shown};
-use super::font::{Align, Fonts, Ink};
+use super::font::{Align, Fonts};
 use super::number;
 use super::pictures::Pictures;
 use super::sheet::Sheet;
 use super::side_by_side::bright_end;
+use super::title::Title;
 use crate::image::{Image, Plane};
 
-pub const MARGIN: usize = 16;
-/// From the lower margin to the baseline of a legend.
-pub const FOOT_LINE: f32 = 10.0;
+const MARGIN: usize = 16;
 const GAP: usize = 14;
-const HEAD: usize = 40;
-const FOOT: usize = 44;
+/// Height of the label of a panel, and of the line below all panels, in sizes of common text.
+const HEAD: f32 = 1.65;
+const FOOT: f32 = 1.8;
 const FIRST: [f32; 3] = [0.0, 0.27, 0.85];
 const REFINED: [f32; 3] = [0.88, 0.05, 0.05];
 /// Pixels of a panel that a record should have for itself.
@@ -51,7 +51,11 @@ pub fn records(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, 
         })
         .collect();
     let mut canvas = arrange(fonts, &panels, head);
-    legend(&mut canvas, fonts);
+    legend(
+        &mut canvas,
+        fonts,
+        [("first stage", FIRST), ("refinement", REFINED)],
+    );
     Ok(Drawing {
         sheet: canvas,
         caption: format!(
@@ -95,14 +99,17 @@ fn dotted(pictures: &Pictures, records: &Plane, size: (usize, usize)) -> Image {
     panel
 }
 
-fn legend(canvas: &mut Sheet, fonts: &Fonts) {
-    let y = (canvas.height() - MARGIN) as f32 - FOOT_LINE;
-    let ink = Ink::black(22.0);
+/// Names two colours in the line below all panels.
+pub fn legend(canvas: &mut Sheet, fonts: &Fonts, entries: [(&str, [f32; 3]); 2]) {
+    let em = fonts.em;
+    let y = (canvas.height - MARGIN) as f32 - 0.4 * em;
+    let room = (canvas.width - 2 * MARGIN) as f32 / 2.0 - 2.2 * em;
     let mut x = MARGIN as f32;
-    for (text, color) in [("first stage", FIRST), ("refinement", REFINED)] {
-        canvas.disc((x + 7.0, y - 7.0), 6.0, color);
-        canvas.text(fonts, (text, ink), (x + 22.0, y), Align::Left);
-        x += 22.0 + fonts.width(text, ink.size_px) + 28.0;
+    for (text, color) in entries {
+        let (text, ink) = fonts.fitted(text, fonts.ink(1.0), room);
+        canvas.disc((x + 0.3 * em, y - 0.32 * em), 0.27 * em, color);
+        canvas.text(fonts, (&text, ink), (x + em, y), Align::Left);
+        x += 2.2 * em + fonts.width(&text, ink.size);
     }
 }
 
@@ -134,20 +141,16 @@ pub fn discontinuity(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Dra
 }
 
 fn scale(canvas: &mut Sheet, fonts: &Fonts, high: f32) {
-    let y = canvas.height() - MARGIN - 26;
-    let ink = Ink::black(22.0);
-    let baseline = (y + 17) as f32;
+    let ink = fonts.ink(1.0);
+    let baseline = (canvas.height - MARGIN) as f32 - 0.4 * fonts.em;
+    let left = MARGIN + fonts.room(0.9);
+    let bar = (fonts.room(10.0), fonts.room(0.75));
+    let top = canvas.height - MARGIN - fonts.room(0.4) - bar.1;
     canvas.text(fonts, ("0", ink), (MARGIN as f32, baseline), Align::Left);
-    let left = MARGIN + 22;
-    let width = 260.min(canvas.width().saturating_sub(left + 160)).max(40);
-    canvas.put(&color_bar(width, 18), (left, y));
+    canvas.put(&color_bar(bar.0, bar.1), (left, top));
     let text = format!("{} and more", number::lone(f64::from(high)));
-    canvas.text(
-        fonts,
-        (&text, ink),
-        ((left + width + 10) as f32, baseline),
-        Align::Left,
-    );
+    let at = ((left + bar.0) as f32 + 0.4 * fonts.em, baseline);
+    canvas.text(fonts, (&text, ink), at, Align::Left);
 }
 
 /// Panels of equal size with their labels above, at most three (two of large ones) in a row, a title
@@ -162,31 +165,22 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], head: Head) -> Sheet {
     };
     let columns = panels.len().clamp(1, head.columns.unwrap_or(across));
     let lines = panels.len().div_ceil(columns);
-    let width = (2 * MARGIN + columns * (cell + GAP) - GAP).max(480);
-    let top = MARGIN + HEAD;
-    let mut canvas = Sheet::new(
-        width,
-        top + lines * (HEAD + tallest + GAP) + FOOT + MARGIN - GAP,
-    );
+    let width = (2 * MARGIN + columns * (cell + GAP) - GAP).max(fonts.room(20.0));
+    let head_height = fonts.room(HEAD);
     let room = (width - 2 * MARGIN) as f32;
-    let (title, ink) = fonts.fitted(head.title, Ink::black(28.0).bold(), room);
-    canvas.text(
-        fonts,
-        (&title, ink),
-        (MARGIN as f32, (MARGIN + 26) as f32),
-        Align::Left,
-    );
+    let title = Title::new(fonts, head.title, room);
+    let top = MARGIN + title.height(fonts);
+    let pitch = head_height + tallest + GAP;
+    let height = top + lines * pitch - GAP + fonts.room(FOOT) + MARGIN;
+    let mut canvas = Sheet::new(width, height);
+    title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
     for (index, (label, panel)) in panels.iter().enumerate() {
         let left = MARGIN + (index % columns) * (cell + GAP);
-        let y = top + (index / columns) * (HEAD + tallest + GAP);
-        let (label, ink) = fonts.fitted(label, Ink::black(24.0), cell as f32);
-        canvas.text(
-            fonts,
-            (&label, ink),
-            (left as f32, (y + HEAD - 11) as f32),
-            Align::Left,
-        );
-        canvas.put(panel, (left, y + HEAD));
+        let y = top + (index / columns) * pitch + head_height;
+        let (label, ink) = fonts.fitted(label, fonts.ink(1.0), cell as f32);
+        let at = (left as f32, y as f32 - 0.45 * fonts.em);
+        canvas.text(fonts, (&label, ink), at, Align::Left);
+        canvas.put(panel, (left, y));
     }
     canvas
 }

@@ -1,27 +1,25 @@
 //! The ranks of the methods under each map: one panel per metric, the maps side by side.
 
-use std::io;
+use std::num::NonZeroUsize;
 
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::curves::Files;
+use super::axis::Axis;
+use super::chart::{Around, Chart, left_room};
 use super::data::{Asked, Data, SceneOf};
 use super::estimate::{Estimate, ranks};
-use super::figure::{shows_method, shows_scene};
-use super::plot::{self, FACE, LEGEND, Plot, Spot, TITLE, color, marker};
+use super::figure::{Drawing, shows_method, shows_scene, title_of};
+use super::font::Fonts;
+use super::legend::Mark;
+use super::look::{EM, color, marker, unit};
+use super::plot::Plot;
+use super::sheet::{Sheet, Stroke};
 use crate::experiment::Column;
 use crate::experiment::{Case, FigureSpec};
 
-/// Widths of a map and of the rest, height of a rank and of the rest without the names, pixels.
-const MAP: u32 = 44;
-const LEAST_WIDTH: u32 = 760;
-const SIDES: u32 = 110;
-const RANK: u32 = 34;
-const HEAD: u32 = 60;
-/// Height of a character of a map's name, which stands upright.
-const CHARACTER: u32 = 9;
+/// Widths of a map and of the rest, and height of a rank.
+const MAP: f32 = 44.0;
+const LEAST_WIDTH: f32 = 600.0;
+const SIDES: f32 = 110.0;
+const RANK: f32 = 34.0;
 
 /// One metric.
 struct Panel {
@@ -30,16 +28,8 @@ struct Panel {
     ranks: Vec<Vec<Option<f64>>>,
 }
 
-struct Sheet<'a> {
-    title: &'a str,
-    maps: Vec<String>,
-    /// Positions in the config, and labels.
-    methods: Vec<(usize, &'a str)>,
-    panels: Vec<Panel>,
-}
-
-/// Writes the plot; says why when there is nothing to draw.
-pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>> {
+/// Draws the plot; says why when there is nothing to draw.
+pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, String> {
     let shown = data.labels().iter().enumerate();
     let methods: Vec<(usize, &str)> = shown
         .filter(|(_, label)| shows_method(spec, label))
@@ -69,22 +59,65 @@ pub fn draw(data: &Data, spec: &FigureSpec) -> io::Result<Result<Files, String>>
         .all(|p| p.ranks.iter().flatten().all(Option::is_none))
     {
         let reason = "no map has a value of every method, or the metrics have no better and worse";
-        return Ok(Err(reason.into()));
+        return Err(reason.into());
     }
-    let sheet = Sheet {
-        title: if spec.title.is_empty() {
-            &spec.name
-        } else {
-            &spec.title
-        },
-        maps: maps.into_iter().map(|(name, _)| name).collect(),
-        methods,
-        panels,
+    let names: Vec<String> = maps.into_iter().map(|(name, _)| name).collect();
+    let (x, y) = (Axis::places(names.len()), Axis::ranks(methods.len()));
+    let left = left_room(fonts, [&y].into_iter());
+    let around = panels.iter().map(|panel| Around {
+        title: &panel.title,
+        x: ("", &x),
+        y: ("rank", &y),
+        names: &names,
+        left,
+    });
+    let around: Vec<Around> = around.collect();
+    let labels = methods.iter();
+    let plot = Plot {
+        title: title_of(spec),
+        legend: labels
+            .map(|(index, label)| (Mark::Method(*index), (*label).to_owned()))
+            .collect(),
+        columns: spec.columns.map_or(1, NonZeroUsize::get).min(panels.len()),
+        panel: (
+            (SIDES + MAP * names.len() as f32).max(LEAST_WIDTH),
+            RANK * methods.len() as f32 * fonts.em / EM,
+        ),
     };
-    let caption =
-        "Ranks of the methods under each map, 1 the best, by the mean over its scenes and seeds.";
-    let files = plot::write(data, (&spec.name, spec.width_mm), (sheet.size(), &sheet))?;
-    Ok(files.map(|files| (files, caption.into())))
+    let rows: Vec<&[Around]> = around.chunks(plot.columns).collect();
+    Ok(Drawing {
+        sheet: plot.draw(fonts, &rows, |sheet, index, chart| {
+            paint(sheet, fonts, ((&panels[index], chart), (&methods, &names)));
+        }),
+        caption:
+            "Ranks of the methods under each map, 1 the best, by the mean over its scenes and seeds."
+                .into(),
+    })
+}
+
+/// A panel and where it is drawn; methods with their positions in the config, and the names of the maps.
+type Painted<'a> = (
+    (&'a Panel, &'a Chart<'a>),
+    (&'a [(usize, &'a str)], &'a [String]),
+);
+
+/// The ranks of each method from map to map.
+fn paint(sheet: &mut Sheet, fonts: &Fonts, ((panel, chart), (methods, maps)): Painted) {
+    let unit = unit(fonts);
+    for ((index, label), ranks) in methods.iter().zip(&panel.ranks) {
+        let color = color(*index);
+        let there = ranks.iter().enumerate();
+        let there = there.filter_map(|(map, rank)| Some((map, (*rank)?)));
+        let there: Vec<(usize, f64)> = there.collect();
+        let place = |(map, rank): &(usize, f64)| chart.at(*map as f64, *rank);
+        let places: Vec<(f32, f32)> = there.iter().map(place).collect();
+        sheet.line(&places, Stroke::solid(color, 2.0 * unit));
+        for ((map, rank), place) in there.iter().zip(places) {
+            sheet.polygon(&marker(*index, place, unit), color, 1.0);
+            let text = format!("{label}, {}: {} rank {rank}", maps[*map], panel.title);
+            sheet.spot(place, &text);
+        }
+    }
 }
 
 /// The maps of a plan with the scenes under each, in its order; a scene without a map of its own
@@ -129,101 +162,4 @@ fn of_map(
     let means: Vec<Option<Estimate>> = methods.iter().map(|(_, label)| mean(label)).collect();
     let rivals: Vec<Option<&Estimate>> = means.iter().map(Option::as_ref).collect();
     ranks(&rivals, column.lower_is_better?)
-}
-
-impl Sheet<'_> {
-    fn names_height(&self) -> u32 {
-        let longest = self.maps.iter().map(|name| name.chars().count()).max();
-        CHARACTER * longest.unwrap_or(0) as u32 + 16
-    }
-
-    fn size(&self) -> (u32, u32) {
-        let width = (SIDES + MAP * self.maps.len() as u32).max(LEAST_WIDTH);
-        let panel = HEAD + RANK * (self.methods.len() as u32 + 1) + self.names_height();
-        (width, TITLE + panel * self.panels.len() as u32 + LEGEND)
-    }
-
-    fn draw_panel<B: DrawingBackend>(
-        &self,
-        area: &DrawingArea<B, Shift>,
-        panel: &Panel,
-        spots: &mut Vec<Spot>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (maps, last) = (self.maps.len() as f64, self.methods.len() as f64);
-        // The best rank is on top.
-        let (x, y) = (-0.5..maps - 0.5, last + 0.5..0.5);
-        let mut chart = ChartBuilder::on(area)
-            .caption(&panel.title, (FACE, 22))
-            .margin_left(12)
-            .margin_right(20)
-            .margin_top(6)
-            .x_label_area_size(self.names_height())
-            .y_label_area_size(64)
-            .build_cartesian_2d(x, y)?;
-        chart
-            .configure_mesh()
-            .disable_x_mesh()
-            .x_labels(0)
-            .y_labels(self.methods.len() + 1)
-            .y_label_formatter(&|rank| format!("{rank:.0}"))
-            .y_desc("rank")
-            .label_style((FACE, 18))
-            .axis_desc_style((FACE, 20))
-            .bold_line_style(BLACK.mix(0.12))
-            .light_line_style(TRANSPARENT)
-            .draw()?;
-        let upright = (FACE, 17)
-            .into_font()
-            .transform(FontTransform::Rotate270)
-            .color(&BLACK)
-            .pos(Pos::new(HPos::Right, VPos::Center));
-        let (left, top) = area.get_base_pixel();
-        for (position, name) in self.maps.iter().enumerate() {
-            let line = BLACK.mix(0.08);
-            let x = position as f64;
-            chart.draw_series([PathElement::new(vec![(x, 0.5), (x, last + 0.5)], line)])?;
-            let foot = chart.plotting_area().map_coordinate(&(x, last + 0.5));
-            let at = (foot.0 - left, foot.1 - top + 10);
-            area.draw(&Text::new(name.clone(), at, upright.clone()))?;
-        }
-        for ((index, label), ranks) in self.methods.iter().zip(&panel.ranks) {
-            let color = color(*index);
-            let there: Vec<(f64, f64)> = (0..)
-                .zip(ranks)
-                .filter_map(|(map, rank)| Some((f64::from(map), (*rank)?)))
-                .collect();
-            chart.draw_series(LineSeries::new(
-                there.iter().copied(),
-                color.stroke_width(2),
-            ))?;
-            chart.draw_series(
-                there
-                    .iter()
-                    .map(|&at| EmptyElement::at(at) + Polygon::new(marker(*index), color.filled())),
-            )?;
-            spots.extend(there.iter().map(|at| Spot {
-                at: chart.plotting_area().map_coordinate(at),
-                text: format!(
-                    "{label}, {}: {} rank {}",
-                    self.maps[at.0 as usize], panel.title, at.1
-                ),
-            }));
-        }
-        Ok(())
-    }
-}
-
-impl Plot for Sheet<'_> {
-    fn draw_on<B: DrawingBackend>(
-        &self,
-        root: &DrawingArea<B, Shift>,
-        spots: &mut Vec<Spot>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (panels, legend) = plot::titled(root, self.title)?;
-        let areas = panels.split_evenly((self.panels.len(), 1));
-        for (area, panel) in areas.iter().zip(&self.panels) {
-            self.draw_panel(area, panel, spots)?;
-        }
-        plot::legend(&legend, &self.methods)
-    }
 }

@@ -1,71 +1,64 @@
-//! A figure that is drawn once and comes out twice: as pixels, and as shapes with real text.
+//! A drawing: pictures, shapes and real text, as SVG.
 
 use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use super::canvas::{self, Rect};
+use super::canvas::Rect;
 use super::escape;
 use super::font::{Align, Fonts, Ink};
 use crate::image::{Image, png_bytes};
 
-/// Pixels of a figure without a width in millimetres that go into an inch.
-const PIXELS_PER_INCH: f64 = 300.0;
-const MM_PER_INCH: f64 = 25.4;
-
-/// The two drawings, from the same calls.
+/// What a figure is drawn on, in units that are pixels of its pictures.
 pub struct Sheet {
-    pub image: Image,
+    pub width: usize,
+    pub height: usize,
     shapes: String,
-    texts: Vec<Written>,
 }
 
-/// A line of text and the room it takes, pixels.
-struct Written {
-    text: String,
-    left: f32,
-    top: f32,
-    right: f32,
-    bottom: f32,
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Stroke {
+    pub color: [f32; 3],
+    pub width: f32,
+    /// Lengths of dashes and of the spaces between them.
+    pub dash: Option<(f32, f32)>,
+}
+
+impl Stroke {
+    pub fn solid(color: [f32; 3], width: f32) -> Self {
+        Self {
+            color,
+            width,
+            dash: None,
+        }
+    }
 }
 
 impl Sheet {
     /// A white sheet.
     pub fn new(width: usize, height: usize) -> Self {
         Self {
-            image: canvas::white(width, height),
+            width,
+            height,
             shapes: String::new(),
-            texts: Vec::new(),
         }
     }
 
-    pub fn width(&self) -> usize {
-        self.image.width
-    }
-
-    pub fn height(&self) -> usize {
-        self.image.height
-    }
-
     /// Puts a picture with its top left pixel at `corner`.
-    pub fn put(&mut self, picture: &Image, corner: (usize, usize)) {
-        canvas::blit(&mut self.image, picture, corner);
+    pub fn put(&mut self, picture: &Image, (x, y): (usize, usize)) {
+        let (width, height) = (picture.width, picture.height);
         if let Ok(bytes) = png_bytes(picture) {
+            let code = STANDARD.encode(bytes);
             self.shape(format_args!(
-                "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" href=\"data:image/png;base64,{}\"/>",
-                corner.0,
-                corner.1,
-                picture.width,
-                picture.height,
-                STANDARD.encode(bytes)
+                "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{code}\"/>"
             ));
         }
     }
 
     /// Fills a rectangle.
     pub fn fill(&mut self, rect: Rect, color: [f32; 3]) {
-        canvas::fill(&mut self.image, rect, color);
         self.shape(format_args!(
             "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>",
             rect.x,
@@ -76,9 +69,8 @@ impl Sheet {
         ));
     }
 
-    /// Draws the border of a rectangle, `thickness` pixels inwards.
+    /// Draws the border of a rectangle, `thickness` inwards.
     pub fn frame(&mut self, rect: Rect, thickness: usize, color: [f32; 3]) {
-        canvas::frame(&mut self.image, rect, thickness, color);
         let thickness = thickness.min(rect.width).min(rect.height);
         let half = thickness as f64 / 2.0;
         self.shape(format_args!(
@@ -91,86 +83,118 @@ impl Sheet {
         ));
     }
 
-    /// Draws a disc; `center` and `radius` in pixels.
-    pub fn disc(&mut self, center: (f32, f32), radius: f32, color: [f32; 3]) {
-        canvas::disc(&mut self.image, center, radius, color);
+    /// Draws a disc.
+    pub fn disc(&mut self, (x, y): (f32, f32), radius: f32, color: [f32; 3]) {
         self.shape(format_args!(
-            "<circle cx=\"{}\" cy=\"{}\" r=\"{radius}\" fill=\"{}\"/>",
-            center.0,
-            center.1,
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
+            short(x),
+            short(y),
+            short(radius),
             coded(color)
+        ));
+    }
+
+    /// Draws a line through points.
+    pub fn line(&mut self, points: &[(f32, f32)], stroke: Stroke) {
+        let dash = stroke.dash.map_or(String::new(), |(dash, space)| {
+            format!(" stroke-dasharray=\"{} {}\"", short(dash), short(space))
+        });
+        self.shape(format_args!(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" stroke-linejoin=\"round\"{dash}/>",
+            listed(points),
+            coded(stroke.color),
+            short(stroke.width)
+        ));
+    }
+
+    /// Fills an outline.
+    pub fn polygon(&mut self, points: &[(f32, f32)], color: [f32; 3], opacity: f32) {
+        let opacity = match opacity < 1.0 {
+            true => format!(" fill-opacity=\"{opacity}\""),
+            false => String::new(),
+        };
+        self.shape(format_args!(
+            "<polygon points=\"{}\" fill=\"{}\"{opacity}/>",
+            listed(points),
+            coded(color)
+        ));
+    }
+
+    /// A place that tells what it stands for under the pointer.
+    pub fn spot(&mut self, (x, y): (f32, f32), text: &str) {
+        self.shape(format_args!(
+            "<circle class=\"spot\" cx=\"{}\" cy=\"{}\" r=\"9\" fill=\"#fff\" fill-opacity=\"0\"><title>{}</title></circle>",
+            short(x),
+            short(y),
+            escape::xml(text)
         ));
     }
 
     /// Writes a line of text with its baseline at `position`. Its width is that of the embedded typeface, whatever
     /// typeface it is shown with.
-    pub fn text(
+    pub fn text(&mut self, fonts: &Fonts, text: (&str, Ink), position: (f32, f32), align: Align) {
+        self.write(fonts, text, position, (align, ""));
+    }
+
+    /// Writes a line of text that runs upwards from `position`.
+    pub fn upright(
+        &mut self,
+        fonts: &Fonts,
+        text: (&str, Ink),
+        position: (f32, f32),
+        align: Align,
+    ) {
+        let turned = format!(
+            " transform=\"rotate(-90 {} {})\"",
+            short(position.0),
+            short(position.1)
+        );
+        self.write(fonts, text, position, (align, &turned));
+    }
+
+    fn write(
         &mut self,
         fonts: &Fonts,
         (text, ink): (&str, Ink),
-        position: (f32, f32),
-        align: Align,
+        (x, y): (f32, f32),
+        (align, turned): (Align, &str),
     ) {
         if text.is_empty() {
             return;
         }
-        fonts.draw(&mut self.image, (text, ink), position, align);
-        let width = fonts.width(text, ink.size_px);
-        let (anchor, left) = match align {
-            Align::Left => ("start", position.0),
-            Align::Center => ("middle", position.0 - width / 2.0),
-            Align::Right => ("end", position.0 - width),
+        let anchor = match align {
+            Align::Left => "start",
+            Align::Center => "middle",
+            Align::Right => "end",
         };
-        let weight = if ink.bold {
-            " font-weight=\"bold\""
-        } else {
-            ""
+        let color = coded(ink.color);
+        // There is one weight of the typeface: a rim makes it bold.
+        let rim = match ink.bold {
+            true => format!(
+                " stroke=\"{color}\" stroke-width=\"{}\"",
+                short(0.04 * ink.size)
+            ),
+            false => String::new(),
         };
         self.shape(format_args!(
-            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{:.1}\" text-anchor=\"{anchor}\" textLength=\"{width:.1}\" lengthAdjust=\"spacingAndGlyphs\" fill=\"{}\"{weight}>{}</text>",
-            position.0,
-            position.1,
-            ink.size_px,
-            coded(ink.color),
+            "<text x=\"{}\" y=\"{}\" font-size=\"{}\" text-anchor=\"{anchor}\" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\" fill=\"{color}\"{rim}{turned}>{}</text>",
+            short(x),
+            short(y),
+            short(ink.size),
+            short(fonts.width(text, ink.size)),
             escape::xml(text)
         ));
-        self.texts.push(Written {
-            text: text.to_owned(),
-            left,
-            top: position.1 - 0.75 * ink.size_px,
-            right: left + width,
-            bottom: position.1 + 0.2 * ink.size_px,
-        });
     }
 
-    /// The drawing as SVG, this many millimetres wide.
-    pub fn svg(&self, width_mm: Option<f64>) -> String {
-        let (width, height) = (self.width(), self.height());
-        let width_mm = width_mm.unwrap_or(width as f64 * MM_PER_INCH / PIXELS_PER_INCH);
+    /// The drawing, this many millimetres wide.
+    pub fn svg(&self, width_mm: f64) -> String {
+        let (width, height) = (self.width, self.height);
         let height_mm = width_mm * height as f64 / width.max(1) as f64;
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_mm:.2}mm\" height=\"{height_mm:.2}mm\" viewBox=\"0 0 {width} {height}\" font-family=\"Ubuntu, 'Helvetica Neue', Arial, sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n{}</svg>\n",
+        let svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_mm:.4}mm\" height=\"{height_mm:.4}mm\" viewBox=\"0 0 {width} {height}\" font-family=\"Ubuntu, 'Helvetica Neue', Arial, sans-serif\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n{}</svg>\n",
             self.shapes
-        )
-    }
-
-    /// What is wrong with the texts: those that leave the sheet, and those that lie on one another.
-    pub fn clashes(&self) -> Vec<String> {
-        let (width, height) = (self.width() as f32, self.height() as f32);
-        let mut clashes = Vec::new();
-        for (index, a) in self.texts.iter().enumerate() {
-            if a.left < -0.5 || a.top < -0.5 || a.right > width + 0.5 || a.bottom > height + 0.5 {
-                clashes.push(format!("`{}` leaves the sheet", a.text));
-            }
-            for b in &self.texts[index + 1..] {
-                let across = a.right.min(b.right) - a.left.max(b.left);
-                let down = a.bottom.min(b.bottom) - a.top.max(b.top);
-                if across > 0.5 && down > 0.5 {
-                    clashes.push(format!("`{}` lies on `{}`", a.text, b.text));
-                }
-            }
-        }
-        clashes
+        );
+        escape::xml_text(&svg).into_owned()
     }
 
     fn shape(&mut self, shape: std::fmt::Arguments) {
@@ -185,13 +209,23 @@ fn coded(color: [f32; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
+/// A length to a hundredth of a unit.
+fn short(value: f32) -> f64 {
+    (f64::from(value) * 100.0).round() / 100.0
+}
+
+fn listed(points: &[(f32, f32)]) -> String {
+    let point = |(x, y): &(f32, f32)| format!("{},{}", short(*x), short(*y));
+    points.iter().map(point).collect::<Vec<_>>().join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn both_drawings_show_the_same() {
-        let fonts = Fonts::load().expect("embedded");
+    fn a_drawing_is_xml_with_real_text() {
+        let fonts = Fonts::load().expect("embedded").at(20.0);
         let mut sheet = Sheet::new(200, 60);
         let rect = Rect {
             x: 10,
@@ -200,24 +234,24 @@ mod tests {
             height: 20,
         };
         sheet.fill(rect, [1.0, 0.0, 0.0]);
-        sheet.frame(rect, 4, [0.0; 3]);
+        sheet.frame(rect, 40, [0.0; 3]);
         sheet.put(&Image::new(8, 4), (100, 20));
-        let ink = Ink::black(20.0).bold();
-        sheet.text(&fonts, ("a < b", ink), (60.0, 50.0), Align::Left);
-        assert_eq!(sheet.image.at(20, 20), [1.0, 0.0, 0.0]);
-        let svg = sheet.svg(Some(85.0));
+        sheet.line(
+            &[(1.0, 2.0), (3.333, 4.0)],
+            Stroke::solid([0.0, 0.0, 1.0], 2.0),
+        );
+        let bold = fonts.ink(1.0).bold();
+        sheet.text(&fonts, ("a < b\u{7}", bold), (60.0, 50.0), Align::Left);
+        let svg = sheet.svg(85.0);
         for text in [
-            "width=\"85.00mm\" height=\"25.50mm\"",
-            "a &lt; b</text>",
+            "width=\"85.0000mm\" height=\"25.5000mm\"",
+            "a &lt; b\u{fffd}</text>",
             "#ff0000",
             "data:image/png;base64,",
+            "1,2 3.33,4",
         ] {
             assert!(svg.contains(text), "{text} in {svg}");
         }
         assert!(roxmltree::Document::parse(&svg).is_ok());
-        assert!(sheet.clashes().is_empty());
-        sheet.text(&fonts, ("above", ink), (70.0, 52.0), Align::Left);
-        sheet.text(&fonts, ("out", ink), (190.0, 20.0), Align::Left);
-        assert_eq!(sheet.clashes().len(), 2, "{:?}", sheet.clashes());
     }
 }

@@ -3,11 +3,12 @@
 
 use super::canvas::{Rect, color_bar, fitted_size, painted, shown};
 use super::estimate::{Estimate, Standing, standings};
-use super::figure::{Drawing, Shown};
-use super::font::{Align, Fonts, Ink};
+use super::figure::{Drawing, Head, Shown};
+use super::font::{Align, Fonts};
 use super::number::{self, Style};
 use super::pictures::Pictures;
-use super::sheet::Sheet;
+use super::sheet::{Sheet, Stroke};
+use super::title::Title;
 use super::{inset, pictures};
 use crate::experiment::Unit;
 use crate::image::{Image, Plane};
@@ -16,14 +17,17 @@ const MARGIN: usize = 16;
 const GAP: usize = 10;
 /// Width of a method's column.
 const CELL: usize = 212;
-const TITLE: usize = 52;
-const HEAD: usize = 38;
-const VALUES: usize = 72;
+/// Height of the names of methods, and of a line of errors, in sizes of common text.
+const HEAD: f32 = 1.65;
+const VALUE: f32 = 1.35;
+/// Size of the names of methods.
+const NAME: f32 = 1.1;
 /// Frames that stay apart for the colour-blind: vermilion, blue, bluish green.
 const FRAMES: [[f32; 3]; 3] = [[0.84, 0.37, 0.0], [0.0, 0.45, 0.9], [0.0, 0.62, 0.45]];
 const ABSENT: [f32; 3] = [0.92; 3];
 
 /// Sizes of everything in a comparison.
+#[derive(Clone, Copy)]
 struct Layout {
     big: (usize, usize),
     /// Height of an inset.
@@ -34,10 +38,16 @@ struct Layout {
     top: usize,
     /// Left border of the first method's column.
     left: usize,
+    /// Methods, and the reference, side by side.
+    across: usize,
+    /// Heights of the name of a method and of its errors.
+    texts: (usize, usize),
+    insets: usize,
 }
 
 impl Layout {
-    fn new(image: (usize, usize), insets: usize) -> Self {
+    /// The large image and the columns, `across` of them side by side, but for what depends on the text.
+    fn new(image: (usize, usize), insets: usize, across: usize) -> Self {
         let big = fitted_size(image, (1000, 900));
         let flip = fitted_size(image, (CELL, 220));
         let room = big.1.saturating_sub(flip.1) / insets.max(1);
@@ -45,19 +55,39 @@ impl Layout {
             big,
             inset: room.saturating_sub(GAP).clamp(130, 300),
             flip,
-            top: MARGIN + TITLE + HEAD,
+            top: 0,
             left: MARGIN + big.0.max(CELL) + 2 * GAP,
+            across,
+            texts: (0, 0),
+            insets,
         }
     }
 
-    fn flip_top(&self, insets: usize) -> usize {
-        self.top + insets * (self.inset + GAP)
+    fn flip_top(&self) -> usize {
+        self.top + self.insets * (self.inset + GAP)
     }
 
-    fn size(&self, columns: usize, insets: usize) -> (usize, usize) {
-        let grid = self.flip_top(insets) + self.flip.1 + VALUES;
-        let width = self.left + columns * (CELL + GAP) - GAP + MARGIN;
-        (width, grid.max(self.top + self.big.1 + GAP) + MARGIN)
+    /// Height of a line of methods.
+    fn pitch(&self) -> usize {
+        self.texts.0 + self.insets * (self.inset + GAP) + self.flip.1 + self.texts.1
+    }
+
+    fn width(&self) -> usize {
+        self.left + self.across * (CELL + GAP) - GAP + MARGIN
+    }
+
+    /// Of the whole figure with so many columns.
+    fn height(&self, columns: usize) -> usize {
+        let lines = columns.div_ceil(self.across);
+        let grid = self.top - self.texts.0 + lines * self.pitch();
+        grid.max(self.top + self.big.1 + GAP) + MARGIN
+    }
+
+    /// The left border of a column, and the layout with the top of its line.
+    fn column(&self, index: usize) -> (usize, Self) {
+        let left = self.left + index % self.across * (CELL + GAP);
+        let top = self.top + index / self.across * self.pitch();
+        (left, Self { top, ..*self })
     }
 }
 
@@ -67,7 +97,7 @@ impl Layout {
 pub fn draw(
     fonts: &Fonts,
     methods: &[Shown],
-    (title, insets): (&str, &[[f64; 4]]),
+    (head, insets): (Head, &[[f64; 4]]),
 ) -> Result<Drawing, String> {
     let there: Vec<&Pictures> = methods.iter().filter_map(|(_, p)| *p).collect();
     let Some(main) = there.last() else {
@@ -77,35 +107,32 @@ pub fn draw(
     let records = there.iter().filter_map(|p| p.row.caches).max();
     let size = (main.beauty.width, main.beauty.height);
     let windows = windows(&there, size, insets);
-    let layout = Layout::new(size, windows.len());
-    let (width, height) = layout.size(methods.len() + 1, windows.len());
-    let mut canvas = Sheet::new(width, height);
+    let columns = methods.len() + 1;
+    let across = columns.min(head.columns.unwrap_or(columns));
+    let mut layout = Layout::new(size, windows.len(), across);
+    let title = Title::new(fonts, head.title, (layout.width() - 2 * MARGIN) as f32);
+    layout.texts = (fonts.room(HEAD), fonts.room(2.0 * VALUE + 0.4));
+    layout.top = MARGIN + title.height(fonts) + layout.texts.0;
+    let mut canvas = Sheet::new(layout.width(), layout.height(columns));
+    title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
     let reference = there.iter().find_map(|p| p.reference.as_ref());
-    draw_main(&mut canvas, fonts, (title, main), (&layout, &windows));
+    draw_main(&mut canvas, fonts, main, (&layout, &windows));
     let values = Values::new(methods);
     for (index, (label, pictures)) in methods.iter().enumerate() {
-        let left = layout.left + index * (CELL + GAP);
-        head(&mut canvas, fonts, label, (left, layout.top));
+        let (left, layout) = layout.column(index);
+        name(&mut canvas, fonts, label, (left, layout.top));
         let image = pictures.map(|p| (&p.beauty, p.exposure));
         draw_insets(&mut canvas, image, (&layout, &windows), left);
         let flip = pictures.and_then(|p| p.flip.as_ref());
-        draw_flip(&mut canvas, flip, (&layout, windows.len()), left);
-        values.draw(
-            &mut canvas,
-            fonts,
-            index,
-            (left, layout.flip_top(windows.len()) + layout.flip.1),
-        );
+        draw_flip(&mut canvas, flip, &layout, left);
+        let top = layout.flip_top() + layout.flip.1;
+        values.draw(&mut canvas, fonts, index, (left, top));
     }
-    let left = layout.left + methods.len() * (CELL + GAP);
-    head(&mut canvas, fonts, "reference", (left, layout.top));
-    draw_insets(
-        &mut canvas,
-        reference.map(|r| (r, main.exposure)),
-        (&layout, &windows),
-        left,
-    );
-    draw_scale(&mut canvas, fonts, (left, layout.flip_top(windows.len())));
+    let (left, layout) = layout.column(methods.len());
+    name(&mut canvas, fonts, "reference", (left, layout.top));
+    let reference = reference.map(|r| (r, main.exposure));
+    draw_insets(&mut canvas, reference, (&layout, &windows), left);
+    draw_scale(&mut canvas, fonts, (left, layout.flip_top()));
     Ok(Drawing {
         sheet: canvas,
         caption: format!(
@@ -135,7 +162,7 @@ fn windows(there: &[&Pictures], size: (usize, usize), asked: &[[f64; 4]]) -> Vec
             .collect();
         let errors: Vec<&Plane> = errors.iter().collect();
         let count = if size.1 > size.0 { 3 } else { 2 };
-        let cell = Layout::new(size, count).inset;
+        let cell = Layout::new(size, count, 1).inset;
         let zoom = (CELL as f64 / (0.13 * size.0.max(size.1) as f64))
             .round()
             .clamp(2.0, 12.0) as usize;
@@ -165,25 +192,13 @@ fn windows(there: &[&Pictures], size: (usize, usize), asked: &[[f64; 4]]) -> Vec
 fn draw_main(
     canvas: &mut Sheet,
     fonts: &Fonts,
-    (title, main): (&str, &Pictures),
+    main: &Pictures,
     (layout, windows): (&Layout, &[Rect]),
 ) {
-    let room = (canvas.width() - 2 * MARGIN) as f32;
-    let (title, ink) = fonts.fitted(title, Ink::black(32.0).bold(), room);
-    canvas.text(
-        fonts,
-        (&title, ink),
-        (MARGIN as f32, (MARGIN + 30) as f32),
-        Align::Left,
-    );
-    let width = layout.left - MARGIN - 2 * GAP;
-    let (label, ink) = fonts.fitted(&main.row.label, Ink::black(27.0).bold(), width as f32);
-    canvas.text(
-        fonts,
-        (&label, ink),
-        (MARGIN as f32, (layout.top - 11) as f32),
-        Align::Left,
-    );
+    let width = (layout.left - MARGIN - 2 * GAP) as f32;
+    let (label, ink) = fonts.fitted(&main.row.label, fonts.ink(NAME).bold(), width);
+    let at = (MARGIN as f32, layout.top as f32 - 0.45 * fonts.em);
+    canvas.text(fonts, (&label, ink), at, Align::Left);
     canvas.put(
         &shown(&main.beauty, main.exposure, layout.big),
         (MARGIN, layout.top),
@@ -204,9 +219,13 @@ fn draw_main(
     }
 }
 
-fn head(canvas: &mut Sheet, fonts: &Fonts, label: &str, (left, top): (usize, usize)) {
-    let (label, ink) = fonts.fitted(label, Ink::black(27.0).bold(), CELL as f32);
-    let at = (left as f32 + CELL as f32 / 2.0, (top - 11) as f32);
+/// The name of a method above its column.
+fn name(canvas: &mut Sheet, fonts: &Fonts, label: &str, (left, top): (usize, usize)) {
+    let (label, ink) = fonts.fitted(label, fonts.ink(NAME).bold(), CELL as f32);
+    let at = (
+        left as f32 + CELL as f32 / 2.0,
+        top as f32 - 0.45 * fonts.em,
+    );
     canvas.text(fonts, (&label, ink), at, Align::Center);
 }
 
@@ -244,15 +263,10 @@ fn enlarged(crop: (usize, usize), cell: (usize, usize)) -> (usize, usize) {
     (side(crop.0, cell.0), side(crop.1, cell.1))
 }
 
-fn draw_flip(
-    canvas: &mut Sheet,
-    flip: Option<&Plane>,
-    (layout, insets): (&Layout, usize),
-    left: usize,
-) {
+fn draw_flip(canvas: &mut Sheet, flip: Option<&Plane>, layout: &Layout, left: usize) {
     let cell = Rect {
         x: left + (CELL - layout.flip.0) / 2,
-        y: layout.flip_top(insets),
+        y: layout.flip_top(),
         width: layout.flip.0,
         height: layout.flip.1,
     };
@@ -264,12 +278,14 @@ fn draw_flip(
 
 /// What the colours of the FLIP maps mean, in the reference's column.
 fn draw_scale(canvas: &mut Sheet, fonts: &Fonts, (left, top): (usize, usize)) {
-    let ink = Ink::black(22.0);
-    let at = |x: usize, y: usize| ((left + x) as f32, (top + y) as f32);
-    canvas.text(fonts, ("FLIP map", ink), at(CELL / 2, 24), Align::Center);
-    canvas.put(&color_bar(CELL - 20, 16), (left + 10, top + 36));
-    canvas.text(fonts, ("0", ink), at(10, 74), Align::Left);
-    canvas.text(fonts, ("1", ink), at(CELL - 10, 74), Align::Right);
+    let ink = fonts.ink(1.0);
+    let at = |x: usize, y: f32| ((left + x) as f32, top as f32 + y * fonts.em);
+    let small = fonts.shrunk("FLIP map", ink, CELL as f32);
+    canvas.text(fonts, ("FLIP map", small), at(CELL / 2, 1.0), Align::Center);
+    let bar = color_bar(CELL - 20, fonts.room(0.7));
+    canvas.put(&bar, (left + 10, top + fonts.room(1.5)));
+    canvas.text(fonts, ("0", ink), at(10, 3.2), Align::Left);
+    canvas.text(fonts, ("1", ink), at(CELL - 10, 3.2), Align::Right);
 }
 
 /// RMSE and FLIP under each column.
@@ -300,21 +316,15 @@ impl Values {
     fn draw(&self, canvas: &mut Sheet, fonts: &Fonts, index: usize, (left, top): (usize, usize)) {
         for (line, values) in self.lines.iter().enumerate() {
             let (text, standing) = &values[index];
-            let (text, ink) = fonts.fitted(text, Ink::black(24.0), CELL as f32);
-            let (x, y) = (
-                left as f32 + CELL as f32 / 2.0,
-                (top + 28 + line * 32) as f32,
-            );
-            canvas.text(fonts, (&text, ink), (x, y), Align::Center);
+            let ink = fonts.shrunk(text, fonts.ink(1.0), CELL as f32);
+            let x = left as f32 + CELL as f32 / 2.0;
+            let y = top as f32 + (1.15 + VALUE * line as f32) * fonts.em;
+            canvas.text(fonts, (text, ink), (x, y), Align::Center);
             if *standing == Standing::Best {
-                let width = fonts.width(&text, ink.size_px);
-                let rule = Rect {
-                    x: (x - width / 2.0) as usize,
-                    y: y as usize + 4,
-                    width: width as usize,
-                    height: 2,
-                };
-                canvas.fill(rule, ink.color);
+                let half = fonts.width(text, ink.size) / 2.0;
+                let below = y + 0.2 * fonts.em;
+                let rule = Stroke::solid(ink.color, 0.08 * fonts.em);
+                canvas.line(&[(x - half, below), (x + half, below)], rule);
             }
         }
     }

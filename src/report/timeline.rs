@@ -1,16 +1,15 @@
 //! Columns of `frames.csv` over the frames of a sequence: a panel for each column and swept value.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::num::NonZeroUsize;
 
 use super::axis::Axis;
-use super::curves::Files;
 use super::data::{Asked, Data, SceneOf};
 use super::estimate::Estimate;
 use super::figure::{shows_method, title_of};
 use super::frame_table::FrameTable;
-use super::plot;
-use super::timeline_plot::{Line, Panel, Point, Sheet};
+use super::plot::axis_name;
+use super::timeline_plot::{Line, Panel, Point, Timeline};
 use crate::experiment::{FigureSpec, Sequence, Swept, frame_column};
 
 /// Panels side by side at most.
@@ -21,13 +20,13 @@ const ROOTS: [&str; 4] = ["rmse", "rmse_cold", "error_change", "reference_floor"
 /// A method at a swept value: its position in the config, and its frames by seed.
 type Played = (usize, Vec<(u64, FrameTable)>);
 
-/// Writes the plot of a scene, `<name>-<scene>.svg` and `.png`; says why when there is nothing to draw. Jobs
-/// without a readable `frames.csv` and columns without values become notes.
-pub fn draw(
+/// What is drawn of a scene, and its caption; says why when there is nothing to draw. Jobs without a readable `frames.csv` and columns
+/// without values become notes.
+pub fn of_scene(
     data: &Data,
     (spec, scene): (&FigureSpec, &SceneOf),
     notes: &mut Vec<String>,
-) -> io::Result<Result<Files, String>> {
+) -> Result<(Timeline, String), String> {
     let columns = columns(spec);
     let points: Vec<&Swept> = data
         .points()
@@ -56,21 +55,21 @@ pub fn draw(
     }
     panels.retain(|panels| !panels.iter().all(Panel::is_empty));
     if panels.is_empty() {
-        return Ok(Err("no finished job has the columns of its axes".into()));
+        return Err("no finished job has the columns of its axes".into());
     }
     let several = spec.per_viewer && viewers.len() > 1;
-    let sheet = Sheet {
+    let timeline = Timeline {
         title: format!("{} — {}", title_of(spec), scene.title()),
-        across: points.len().clamp(1, ACROSS),
+        across: points
+            .len()
+            .clamp(1, spec.columns.map_or(ACROSS, NonZeroUsize::get)),
         has_warm_up: panels.iter().flatten().any(|p| p.warm_up_end.is_some()),
         columns: panels,
         methods: methods(data, spec),
         viewers: if several { viewers.clone() } else { Vec::new() },
     };
-    let caption = caption(data, &sheet, viewers.len());
-    let name = format!("{}-{}", spec.name, scene.name);
-    let files = plot::write(data, (&name, spec.width_mm), (sheet.size(), &sheet))?;
-    Ok(files.map(|files| (files, caption)))
+    let caption = caption(data, &timeline, viewers.len());
+    Ok((timeline, caption))
 }
 
 fn columns(spec: &FigureSpec) -> Vec<String> {
@@ -163,7 +162,7 @@ fn panel(
             if in_time { "time, s" } else { "frame" }.into(),
             Axis::between([x(first), x(last)], step),
         ),
-        y: (plot::axis_name(frame_column(column)), scale(&lines)),
+        y: (axis_name(frame_column(column)), scale(&lines)),
         warm_up_end: before.map(|last| {
             let ends = [last, last + 1].map(|place| x(sequence.frames[place]));
             (ends[0] + ends[1]) / 2.0
@@ -210,9 +209,9 @@ fn values(
         .collect()
 }
 
-fn caption(data: &Data, sheet: &Sheet, viewers: usize) -> String {
+fn caption(data: &Data, timeline: &Timeline, viewers: usize) -> String {
     let seeds = data.config.repeats > 1;
-    let mut text = match (seeds, viewers > 1 && sheet.viewers.is_empty()) {
+    let mut text = match (seeds, viewers > 1 && timeline.viewers.is_empty()) {
         (true, true) => "Means over seeds and viewers".to_owned(),
         (true, false) => "Means over seeds".into(),
         (false, true) => "Means over viewers".into(),
@@ -222,7 +221,7 @@ fn caption(data: &Data, sheet: &Sheet, viewers: usize) -> String {
         true => "; bands are 95 % confidence intervals over seeds.",
         false => ".",
     });
-    if sheet.has_warm_up {
+    if timeline.has_warm_up {
         text.push_str(" Shaded: the warm-up, which is not measured.");
     }
     text

@@ -1,23 +1,22 @@
 //! How a timeline is drawn.
 
-use plotters::coord::Shift;
-use plotters::element::DashedPathElement;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
 use super::axis::Axis;
-use super::plot::{self, FACE, LEGEND, Plot, Spot, TITLE, color, marker};
+use super::chart::{Around, Chart, left_room};
+use super::font::Fonts;
+use super::legend::{Mark, SHADE};
+use super::look::{color, marker, unit};
+use super::plot::Plot;
+use super::sheet::{Sheet, Stroke};
 use super::{curves, number};
 
-const WIDTH: u32 = 1080;
-const HEIGHT: u32 = 290;
-/// Height of the line that names viewers and the warm-up.
-const KEYS: u32 = 36;
-const SHADE: RGBAColor = RGBAColor(0, 0, 0, 0.08);
+/// Width of all panels side by side, and height of the inner part of one.
+const WIDTH: f32 = 1200.0;
+const HEIGHT: f32 = 200.0;
 /// Markers of a line at most, about.
 const MARKERS: usize = 10;
 /// Lengths of dashes and of the spaces between them, by viewer; the first is solid.
-const DASHES: [(u32, u32); 4] = [(0, 0), (10, 5), (3, 4), (18, 6)];
+const DASHES: [Option<(f32, f32)>; 4] =
+    [None, Some((10.0, 5.0)), Some((3.0, 4.0)), Some((18.0, 6.0))];
 
 /// A frame's value.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +51,8 @@ pub struct Panel {
     pub warm_up_end: Option<f64>,
 }
 
-/// Everything that is drawn, whatever the backend.
-pub struct Sheet {
+/// Everything that is drawn.
+pub struct Timeline {
     pub title: String,
     /// The panels of each column of `frames.csv`.
     pub columns: Vec<Vec<Panel>>,
@@ -92,166 +91,106 @@ impl Line {
     }
 }
 
-impl Sheet {
-    fn keyed(&self) -> bool {
-        self.has_warm_up || !self.viewers.is_empty()
-    }
-
-    /// Rows of panels for each column.
-    fn rows(&self) -> usize {
-        self.columns[0].len().div_ceil(self.across).max(1)
-    }
-
-    /// Pixels.
-    pub fn size(&self) -> (u32, u32) {
-        let rows = (self.rows() * self.columns.len()) as u32;
-        let keys = if self.keyed() { KEYS } else { 0 };
-        let width = if self.across > 1 {
-            WIDTH * 5 / 4
-        } else {
-            WIDTH
+impl Timeline {
+    /// Draws all panels; the horizontal axes of the last column of `frames.csv` are named.
+    pub fn draw(&self, fonts: &Fonts) -> Sheet {
+        let panels: Vec<(bool, &Panel)> = self.in_rows();
+        let left = left_room(fonts, panels.iter().map(|(_, panel)| &panel.y.1));
+        let around = panels.iter().map(|(is_last, panel)| Around {
+            title: &panel.title,
+            x: (if *is_last { &panel.x.0 } else { "" }, &panel.x.1),
+            y: (&panel.y.0, &panel.y.1),
+            names: &[],
+            left,
+        });
+        let around: Vec<Around> = around.collect();
+        // Each column of `frames.csv` begins a row.
+        let columns = around.chunks(self.columns[0].len());
+        let rows: Vec<&[Around]> = columns.flat_map(|c| c.chunks(self.across)).collect();
+        let plot = Plot {
+            title: &self.title,
+            legend: self.legend(fonts),
+            columns: self.across,
+            panel: (WIDTH / self.across as f32, HEIGHT),
         };
-        (width, TITLE + HEIGHT * rows + keys + LEGEND)
+        plot.draw(fonts, &rows, |sheet, index, chart| {
+            self.paint(sheet, fonts, (panels[index].1, chart));
+        })
     }
 
-    /// Viewers by their dashes and the shade of the warm-up.
-    fn keys<B: DrawingBackend>(
-        &self,
-        area: &DrawingArea<B, Shift>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let middle = Pos::new(HPos::Left, VPos::Center);
-        let style = (FACE, 18).into_font().color(&BLACK).pos(middle);
-        let shade = self.has_warm_up.then_some("warm-up");
-        let names = self.viewers.iter().map(String::as_str);
-        let wide = |name: &str| 68 + 9 * name.chars().count() as i32;
-        let total: i32 = names.clone().chain(shade).map(wide).sum();
-        let (width, height) = area.dim_in_pixel();
-        let (mut x, y) = (((width as i32 - total) / 2).max(4), height as i32 / 2);
-        for (viewer, name) in names.enumerate() {
-            let ends = vec![(x, y), (x + 44, y)];
-            let (dash, space) = DASHES[viewer % DASHES.len()];
-            let stroke = BLACK.stroke_width(2);
-            match dash {
-                0 => area.draw(&PathElement::new(ends, stroke))?,
-                _ => area.draw(&DashedPathElement::new(ends, dash, space, stroke))?,
-            }
-            area.draw(&Text::new(name.to_owned(), (x + 52, y), style.clone()))?;
-            x += wide(name);
-        }
-        if let Some(name) = shade {
-            let corners = [(x + 16, y - 9), (x + 44, y + 9)];
-            area.draw(&Rectangle::new(corners, SHADE.filled()))?;
-            area.draw(&Rectangle::new(corners, BLACK.mix(0.3).stroke_width(1)))?;
-            area.draw(&Text::new(name, (x + 52, y), style))?;
-        }
-        Ok(())
+    /// The panels one after another, and whether their column is the last.
+    fn in_rows(&self) -> Vec<(bool, &Panel)> {
+        let columns = self.columns.iter().enumerate();
+        let panels = columns.flat_map(|(index, panels)| {
+            let is_last = index + 1 == self.columns.len();
+            panels.iter().map(move |panel| (is_last, panel))
+        });
+        panels.collect()
     }
-}
 
-impl Plot for Sheet {
-    fn draw_on<B: DrawingBackend>(
-        &self,
-        root: &DrawingArea<B, Shift>,
-        spots: &mut Vec<Spot>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-        let (mut sheets, legend) = plot::titled(root, &self.title)?;
-        if self.keyed() {
-            let (_, height) = sheets.dim_in_pixel();
-            let (above, keys) = sheets.split_vertically(height - KEYS);
-            self.keys(&keys)?;
-            sheets = above;
+    fn legend(&self, fonts: &Fonts) -> Vec<(Mark, String)> {
+        let methods = self.methods.iter();
+        let methods = methods.map(|(index, label)| (Mark::Method(*index), label.clone()));
+        let viewers = self.viewers.iter().enumerate();
+        let viewers = viewers.map(|(viewer, name)| (Mark::Line(dash(fonts, viewer)), name.clone()));
+        let shade = self
+            .has_warm_up
+            .then(|| (Mark::Shade, "warm-up".to_owned()));
+        methods.chain(viewers).chain(shade).collect()
+    }
+
+    fn paint(&self, sheet: &mut Sheet, fonts: &Fonts, (panel, chart): (&Panel, &Chart)) {
+        let y_axis = &panel.y.1;
+        let unit = unit(fonts);
+        if let Some(end) = panel.warm_up_end {
+            let area = chart.area;
+            let end = chart.at(end, y_axis.low()).0;
+            let (left, top, bottom) = (area.left, area.top, area.bottom);
+            let corners = [(left, top), (end, top), (end, bottom), (left, bottom)];
+            sheet.polygon(&corners, [0.0; 3], SHADE);
         }
-        let rows = self.rows();
-        let cells = sheets.split_evenly((rows * self.columns.len(), self.across));
-        for (column, panels) in self.columns.iter().enumerate() {
-            let own = cells.iter().skip(column * rows * self.across);
-            let is_last = column + 1 == self.columns.len();
-            for (area, panel) in own.zip(panels) {
-                let look = Look {
-                    names_x: is_last,
-                    methods: &self.methods,
+        for line in &panel.lines {
+            let color = color(line.method);
+            for run in line.runs().filter(|run| run.iter().any(|p| p.half > 0.0)) {
+                let end = |p: &Point, half: f64| {
+                    chart.at(p.x, (p.y + half).clamp(y_axis.low(), y_axis.high()))
                 };
-                draw_panel(area, panel, (look, spots))?;
-            }
-        }
-        let entries = self.methods.iter().map(|(index, l)| (*index, l.as_str()));
-        plot::legend(&legend, &entries.collect::<Vec<_>>())
-    }
-}
-
-/// What a panel does not say of itself.
-struct Look<'a> {
-    names_x: bool,
-    methods: &'a [(usize, String)],
-}
-
-fn draw_panel<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    panel: &Panel,
-    (Look { names_x, methods }, spots): (Look, &mut Vec<Spot>),
-) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
-    let [(_, x), (_, y)] = [&panel.x, &panel.y];
-    let mut builder = ChartBuilder::on(area);
-    if !panel.title.is_empty() {
-        builder.caption(&panel.title, (FACE, 20));
-    }
-    let mut chart = builder
-        .margin_left(12)
-        .margin_right(28)
-        .margin_top(10)
-        .x_label_area_size(if names_x { 52 } else { 30 })
-        .y_label_area_size(82)
-        .build_cartesian_2d(x.clone(), y.clone())?;
-    if let Some(end) = panel.warm_up_end {
-        let corners = [(x.low(), y.low()), (end, y.high())];
-        chart.draw_series([Rectangle::new(corners, SHADE.filled())])?;
-    }
-    let x_name = if names_x { panel.x.0.as_str() } else { "" };
-    chart
-        .configure_mesh()
-        .x_desc(x_name)
-        .y_desc(panel.y.0.clone())
-        .label_style((FACE, 18))
-        .axis_desc_style((FACE, 20))
-        .bold_line_style(BLACK.mix(0.12))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
-    for line in &panel.lines {
-        let color = color(line.method);
-        for run in line.runs() {
-            if run.iter().any(|p| p.half > 0.0) {
-                let end = |p: &Point, half: f64| (p.x, (p.y + half).clamp(y.low(), y.high()));
                 let upper = run.iter().map(|p| end(p, p.half));
                 let lower = run.iter().rev().map(|p| end(p, -p.half));
-                let outline: Vec<_> = upper.chain(lower).collect();
-                chart.draw_series([Polygon::new(outline, color.mix(0.16))])?;
+                let outline: Vec<(f32, f32)> = upper.chain(lower).collect();
+                sheet.polygon(&outline, color, 0.16);
+            }
+            let stroke = Stroke {
+                dash: dash(fonts, line.viewer),
+                ..Stroke::solid(color, 2.0 * unit)
+            };
+            for run in line.runs().filter(|run| run.len() > 1) {
+                let places: Vec<(f32, f32)> = run.iter().map(|p| chart.at(p.x, p.y)).collect();
+                sheet.line(&places, stroke);
+            }
+            for point in line.marked() {
+                let place = chart.at(point.x, point.y);
+                sheet.polygon(&marker(line.method, place, unit), color, 1.0);
+            }
+            let label = self.methods.iter().find(|(index, _)| *index == line.method);
+            let label = label.map_or("", |(_, label)| label.as_str());
+            for point in &line.points {
+                let text = format!(
+                    "{label}: {} {}, {}",
+                    panel.x.0,
+                    number::lone(point.x),
+                    curves::value(&panel.y.0, point.y, point.half)
+                );
+                sheet.spot(chart.at(point.x, point.y), &text);
             }
         }
-        let stroke = color.stroke_width(2);
-        let (dash, space) = DASHES[line.viewer % DASHES.len()];
-        for run in line.runs() {
-            let points = run.iter().map(|p| (p.x, p.y));
-            match dash {
-                0 => drop(chart.draw_series(LineSeries::new(points, stroke))?),
-                _ => drop(chart.draw_series(DashedLineSeries::new(points, dash, space, stroke))?),
-            }
-        }
-        chart.draw_series(line.marked().map(|p| {
-            EmptyElement::at((p.x, p.y)) + Polygon::new(marker(line.method), color.filled())
-        }))?;
-        let label = methods.iter().find(|(index, _)| *index == line.method);
-        let label = label.map_or("", |(_, label)| label.as_str());
-        spots.extend(line.points.iter().map(|p| Spot {
-            at: chart.plotting_area().map_coordinate(&(p.x, p.y)),
-            text: format!(
-                "{label}: {} {}, {}",
-                panel.x.0,
-                number::lone(p.x),
-                curves::value(&panel.y.0, p.y, p.half)
-            ),
-        }));
     }
-    Ok(())
+}
+
+/// The dashes of a viewer at the size of the text.
+fn dash(fonts: &Fonts, viewer: usize) -> Option<(f32, f32)> {
+    let dash = DASHES[viewer % DASHES.len()];
+    dash.map(|(dash, space)| (dash * unit(fonts), space * unit(fonts)))
 }
 
 #[cfg(test)]

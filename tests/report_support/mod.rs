@@ -1,5 +1,8 @@
 //! Results folders made by hand: rows and small images without rendering.
 
+#[allow(dead_code, reason = "not every test looks at figures")]
+pub mod boxes;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
