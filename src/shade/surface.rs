@@ -2,6 +2,8 @@
 
 mod normals;
 
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 use super::bsdf::{
@@ -17,7 +19,7 @@ use crate::trace::Hit;
 pub struct Surfaces<'a> {
     scene: &'a Scene,
     /// Distinct triples of alpha, index and distribution.
-    coatings: Vec<Coating>,
+    coatings: Vec<Arc<Coating>>,
     /// Index into `coatings` for each material that has one.
     coating_of: Vec<usize>,
 }
@@ -72,8 +74,7 @@ impl<'a> Surfaces<'a> {
                     let key = (alpha, ior, distribution);
                     keys.iter().position(|k| *k == key).unwrap_or_else(|| {
                         keys.push(key);
-                        let facets = (alpha > 0.0).then(|| Microfacets::new(distribution, alpha));
-                        coatings.push(Coating::new(facets, ior));
+                        coatings.push(Coating::of(distribution, alpha, ior));
                         coatings.len() - 1
                     })
                 }

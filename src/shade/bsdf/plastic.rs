@@ -1,7 +1,9 @@
 //! A diffuse base under a dielectric coating, smooth or rough, with all orders of internal
 //! reflection (the models of Mitsuba's `plastic` and `roughplastic`).
 
+use std::collections::BTreeMap;
 use std::f32::consts::FRAC_1_PI;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -9,6 +11,7 @@ use rayon::prelude::*;
 use super::diffuse::{cosine_pdf, cosine_sample};
 use super::microfacet::{Microfacets, reflect};
 use super::{Boundary, BsdfSample, Gloss, Lobes, fresnel};
+use crate::scene::MicrofacetDistribution;
 
 /// What is integrated once for a coating of given roughness and index.
 #[derive(Clone, Debug)]
@@ -29,7 +32,24 @@ pub struct Coating {
 const NODES: usize = 64;
 const QUADRATURE: usize = 96;
 
+/// Coatings that were integrated already. Every frame of every viewer asks for those of all materials, and a rough one takes
+/// a tenth of a second.
+static KNOWN: Mutex<BTreeMap<[u32; 3], Arc<Coating>>> = Mutex::new(BTreeMap::new());
+
 impl Coating {
+    /// The coating of this roughness (0: smooth) and index, integrated when it is first asked for.
+    pub fn of(distribution: MicrofacetDistribution, alpha: f32, ior: f32) -> Arc<Self> {
+        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = [distribution as u32, alpha.to_bits(), ior.to_bits()];
+        if let Some(coating) = known().get(&key) {
+            return coating.clone();
+        }
+        // Unlocked: other threads help, and one of them may ask for a coating meanwhile.
+        let facets = (alpha > 0.0).then(|| Microfacets::new(distribution, alpha));
+        let coating = Arc::new(Self::new(facets, ior));
+        known().entry(key).or_insert(coating).clone()
+    }
+
     /// Integrates the coating; no facets are a smooth one. *differs:* for a rough coating the internal
     /// reflectance is the plain mean over the table's nodes, as in Mitsuba, which lies 1.5 % below
     /// the integral.
@@ -273,7 +293,18 @@ impl Plastic<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::MicrofacetDistribution;
+
+    #[test]
+    fn a_coating_is_integrated_once_and_is_the_same_as_anew() {
+        let of = |alpha| Coating::of(MicrofacetDistribution::Ggx, alpha, 1.45);
+        assert!(Arc::ptr_eq(&of(0.2), &of(0.2)) && !Arc::ptr_eq(&of(0.2), &of(0.3)));
+        let facets = Microfacets::new(MicrofacetDistribution::Ggx, 0.2);
+        let anew = Coating::new(Some(facets), 1.45);
+        assert_eq!(
+            (anew.transmittance, anew.fit),
+            (of(0.2).transmittance.clone(), of(0.2).fit)
+        );
+    }
 
     #[test]
     fn the_polynomial_follows_the_transmittance() {
