@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn two_tables_of_one_name_are_refused() {
         let text = "name = \"t\"\ntechnique = \"ambient-occlusion\"\n[[scene]]\nname = \"stairs\"\n[[method]]\nid = \"IM\"\n\
-                    [[table]]\nname = \"a\"\n[[figure]]\nname = \"a\"\n[[table]]\nname = \"a\"";
+                    [[table]]\nname = \"a\"\n[[figure]]\nname = \"a\"\ntitle = \"f\"\nkind = \"side-by-side\"\n[[table]]\nname = \"a\"";
         let config: Config = toml::from_str(text).expect("a config");
         let source = Source {
             file: "c.toml".into(),
@@ -144,7 +144,7 @@ mod tests {
             .expect_err("two tables")
             .to_string();
         assert!(
-            message.contains("c.toml:11:1") && message.contains("another table"),
+            message.contains("c.toml:14:1") && message.contains("another table"),
             "{message}"
         );
     }
