@@ -1,5 +1,7 @@
 //! A balanced tree over record positions with blocks of up to eight records as leaves.
 
+mod split;
+
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
@@ -240,20 +242,32 @@ struct Share {
     all_items: usize,
 }
 
+/// The axis along which the box around items is longest.
+fn widest_axis(items: &[(Vec3A, u32)]) -> usize {
+    let around = |items: &[(Vec3A, u32)]| Box3::around(items.iter().map(|item| item.0));
+    let bounds = match items.len() > PARALLEL {
+        true => items
+            .par_chunks(PARALLEL)
+            .map(around)
+            .reduce(|| Box3::EMPTY, Box3::union),
+        false => around(items),
+    };
+    (bounds.max - bounds.min).max_position()
+}
+
 /// Orders items so that each half of the leaves gets one side of a median split on the widest axis.
 fn arrange(items: &mut [(Vec3A, u32)], share: Share) {
     if share.leaves < 2 {
+        // However they came here.
+        items.sort_unstable_by_key(|item| item.1);
         return;
     }
-    let bounds = Box3::around(items.iter().map(|item| item.0));
-    let axis = (bounds.max - bounds.min).max_position();
+    let axis = widest_axis(items);
     let half = share.leaves / 2;
     let start = |leaf: usize| leaf * share.all_items / share.all_leaves;
     let middle = start(share.first_leaf + half) - start(share.first_leaf);
     if middle < items.len() {
-        items.select_nth_unstable_by(middle, |a, b| {
-            a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1))
-        });
+        split::at_rank(items, middle, |item| split::key(item.0[axis], item.1));
     }
     let parallel = items.len() > PARALLEL;
     let (low, high) = items.split_at_mut(middle);

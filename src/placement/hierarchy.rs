@@ -74,11 +74,17 @@ pub(super) struct Hierarchy<F: Measure> {
     growth: Growth<F>,
 }
 
-/// What grew below a node: its two children first, and indices that count from there.
+/// What grew below some nodes.
+#[derive(Default)]
 struct Grown {
-    parent: usize,
+    /// The nodes that were split, and where in `below` the two children of each are.
+    parents: Vec<(usize, u32)>,
+    /// Indices of children count from its start.
     below: Vec<Node>,
 }
+
+/// Lists that nodes which grow at once are gathered in, at least.
+const LISTS: usize = 1024;
 
 struct Growth<F> {
     measure: F,
@@ -157,22 +163,30 @@ impl<F: Measure> Hierarchy<F> {
             (rest, start) = (tail, node.end as usize);
         }
         let growth = &self.growth;
-        let grown: Vec<Grown> = tasks
-            .into_par_iter()
-            .map(|(parent, node, own)| Grown {
-                parent,
-                below: growth.below(node, own, threshold),
+        let a_list = (tasks.len() / LISTS).max(1);
+        let lists = tasks.into_par_iter().chunks(a_list);
+        let grown: Vec<Grown> = lists
+            .map(|tasks| {
+                let mut grown = Grown::default();
+                for (parent, node, own) in tasks {
+                    let first = grown.below.len() as u32;
+                    grown.parents.push((parent, first));
+                    growth.extend(node, own, (threshold, &mut grown.below));
+                }
+                grown
             })
             .collect();
         self.append_all(&grown);
     }
 
-    /// Appends what grew below each node.
+    /// Appends what grew.
     fn append_all(&mut self, grown: &[Grown]) {
         let before = self.nodes.len();
         let mut after = before;
-        for Grown { parent, below } in grown {
-            self.nodes[*parent].children = after as u32;
+        for Grown { parents, below } in grown {
+            for &(parent, first) in parents {
+                self.nodes[parent].children = after as u32 + first;
+            }
             after += below.len();
         }
         let unused = self.nodes[0];
@@ -184,8 +198,7 @@ impl<F: Measure> Hierarchy<F> {
             places.push((start as u32, own, below));
             (rest, start) = (tail, start + below.len());
         }
-        let places = places.into_par_iter().with_min_len(64);
-        places.for_each(|(start, own, below)| {
+        places.into_par_iter().for_each(|(start, own, below)| {
             let moved = below.iter().map(|node| node.moved(start));
             own.iter_mut().zip(moved).for_each(|(to, from)| *to = from);
         });
