@@ -82,6 +82,15 @@ pub struct LayerVertex {
     pub gloss: Option<GlossVertex>,
 }
 
+impl LayerVertex {
+    /// What it sends back where nothing is smoothed and nothing lies behind it.
+    pub fn sent(&self) -> Vec3 {
+        let base = self.albedo.map_or(Vec3::ZERO, |albedo| albedo * self.base);
+        let gloss = self.gloss.map_or(Vec3::ZERO, |gloss| gloss.light);
+        self.emission + base + gloss
+    }
+}
+
 /// What a vertex reflects beside its base.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GlossVertex {

@@ -27,9 +27,9 @@ use self::path::{Query, Rule, Tally, Walk};
 use self::table::{Ages, Cell, Merged, Sample, Table};
 use super::camera::{first_leg, viewer_key};
 use super::filter::{Filter, FilterParameters};
-use super::layers::{Layers, Setting, Smoothing};
+use super::layers::{LayerVertex, Layers, Setting, Smoothing};
 use crate::entry::{About, Bias, parameters};
-use crate::image::ImageMean;
+use crate::image::{Image, ImageMean};
 use crate::sample::Rng;
 use crate::technique::truth::Truth;
 use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
@@ -261,41 +261,64 @@ impl Sharc {
 
     /// Makes an image of camera paths that end on the cache.
     fn show(&self, shot: &Shot, rendered: &mut Rendered) {
+        let counter = RayCounter::default();
         let setting = Setting {
-            smoothing: match self.parameters.smoothed {
-                true => Smoothing::Plain,
-                false => Smoothing::Off,
-            },
+            smoothing: Smoothing::Plain,
             filter: Filter::new(self.parameters.kernel),
             exposure: shot.scene.exposure,
         };
-        let counter = RayCounter::default();
-        let mut layers = Layers::new(shot.width, shot.height, 1);
+        let smoothed = self.parameters.smoothed;
+        let mut layers = smoothed.then(|| Layers::new(shot.width, shot.height, 1));
+        let mut image = Image::new(shot.width, shot.height);
         let mut mean = ImageMean::new(shot.width, shot.height);
         let mut tally = Tally::default();
         for pass in 0..self.terms.budget as u64 {
-            let number = self.number(shot, pass);
-            let counted = rendered.stages.time("rendering", || {
-                layers.fill(|mut layers, y| {
-                    let caster = shot.tracer.caster(&counter);
-                    let mut walk = self.walk(shot);
-                    for x in 0..shot.width {
-                        let pixel = (y * shot.width + x) as u64;
-                        let stream = STREAMS[1] ^ viewer_key(shot);
-                        let mut rng = Rng::new(self.terms.seed, stream, pixel, number);
-                        let leg = first_leg(shot, [x, y], &mut rng);
-                        layers.put(0, x, &walk.shown(&caster, leg, &mut rng));
-                    }
-                    (1, walk.tally)
-                })
+            let row = |y: usize, put: &mut dyn FnMut(usize, LayerVertex)| {
+                self.row(shot, (y, pass), &counter, put)
+            };
+            let counted: Vec<Tally> = rendered.stages.time("rendering", || match &mut layers {
+                Some(layers) => layers.fill(|mut layers, y| {
+                    let counted = row(y, &mut |x, vertex| layers.put(0, x, &vertex));
+                    (1, counted)
+                }),
+                None => {
+                    let rows = image.pixels.par_chunks_mut(shot.width.max(1));
+                    let put = |(y, pixels): (usize, &mut [[f32; 3]])| {
+                        row(y, &mut |x, vertex| pixels[x] = vertex.sent().into())
+                    };
+                    rows.enumerate().map(put).collect()
+                }
             });
             counted.iter().for_each(|counted| tally.add(counted));
-            let (image, _) = rendered.stages.time("filter", || layers.image(&setting));
+            if let Some(layers) = &mut layers {
+                image = rendered.stages.time("filter", || layers.image(&setting).0);
+            }
             mean.add(&image);
         }
         rendered.image = mean.image();
         rendered.rays += counter.read();
         count(&tally, rendered);
+    }
+
+    /// Follows the camera paths of a row of pixels in one pass; `put` gets columns and what the camera sees first there.
+    fn row(
+        &self,
+        shot: &Shot,
+        (y, pass): (usize, u64),
+        counter: &RayCounter,
+        put: &mut dyn FnMut(usize, LayerVertex),
+    ) -> Tally {
+        let caster = shot.tracer.caster(counter);
+        let mut walk = self.walk(shot);
+        let number = self.number(shot, pass);
+        let stream = STREAMS[1] ^ viewer_key(shot);
+        for x in 0..shot.width {
+            let pixel = (y * shot.width + x) as u64;
+            let mut rng = Rng::new(self.terms.seed, stream, pixel, number);
+            let leg = first_leg(shot, [x, y], &mut rng);
+            put(x, walk.shown(&caster, leg, &mut rng));
+        }
+        walk.tally
     }
 }
 
