@@ -115,6 +115,7 @@ fn sequences_are_stepped_through() {
         viewers: vec![viewer("left"), viewer("right")],
         warm_up: 0,
         measure_every: 1,
+        measure_run: 1,
         kept: vec![0, 3],
         cold: false,
         skip_unmeasured: false,

@@ -29,6 +29,9 @@ pub struct Sequence {
     pub warm_up: usize,
     /// Of the frames after the warm-up one in so many is measured.
     pub measure_every: usize,
+    /// Frames of each so many that are measured, one after another.
+    #[serde(default = "spec::one", skip_serializing_if = "spec::is_one")]
+    pub measure_run: usize,
     /// Frames whose images are kept.
     pub kept: Vec<u32>,
     /// Whether each measured frame is also rendered without memory.
@@ -69,6 +72,7 @@ impl Sequence {
             viewers: vec![Viewer::View(view.to_owned())],
             warm_up: 0,
             measure_every: 1,
+            measure_run: 1,
             kept: vec![0],
             cold: false,
             skip_unmeasured: false,
@@ -92,7 +96,7 @@ impl Sequence {
 
     /// Whether a frame is measured, by its place among the frames.
     pub fn is_measured(&self, place: usize) -> bool {
-        place >= self.warm_up && (place - self.warm_up).is_multiple_of(self.measure_every)
+        place >= self.warm_up && (place - self.warm_up) % self.measure_every < self.measure_run
     }
 
     /// Whether a frame is measured or its image kept, by its place among the frames.

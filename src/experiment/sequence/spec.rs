@@ -36,6 +36,9 @@ pub struct SequenceSpec {
     /// Of the frames after the warm-up one in so many is measured.
     #[serde(default = "one")]
     pub measure_every: usize,
+    /// Frames of each `measure_every` that are measured, one after another: from 2 on rows have `flicker`.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub measure_run: usize,
     /// Frames whose images are kept: `"some"` (eight of those measured), `"measured"`, `"all"`, `"none"` or a list.
     #[serde(default)]
     pub keep: Keep,
@@ -52,8 +55,12 @@ fn thirty() -> f64 {
     30.0
 }
 
-fn one() -> usize {
+pub(super) fn one() -> usize {
     1
+}
+
+pub(super) fn is_one(number: &usize) -> bool {
+    *number == 1
 }
 
 /// Which frames are rendered.
@@ -131,6 +138,13 @@ impl SequenceSpec {
             let why = "measure_every: expected a whole number of at least 1";
             return Err(("measure_every", why.into()));
         }
+        if !(1..=self.measure_every).contains(&self.measure_run) {
+            let why = format!(
+                "measure_run: expected 1 to {}, which is measure_every",
+                self.measure_every
+            );
+            return Err(("measure_run", why));
+        }
         if self.warm_up >= frames.len() {
             let why = format!(
                 "warm_up: {} frames leave none of {} to measure",
@@ -144,6 +158,7 @@ impl SequenceSpec {
             fps: self.fps,
             warm_up: self.warm_up,
             measure_every: self.measure_every,
+            measure_run: self.measure_run,
             cold: self.cold,
             skip_unmeasured: self.skip_unmeasured,
             kept: Vec::new(),

@@ -45,6 +45,9 @@ fn frames_may_be_counted_ranged_and_listed() {
     }
     let sequence = resolve("frames = 9\nwarm_up = 2\nmeasure_every = 3\nfps = 10").expect("ok");
     assert_eq!(sequence.measured().collect::<Vec<_>>(), [2, 5, 8]);
+    let pairs =
+        resolve("frames = 10\nwarm_up = 1\nmeasure_every = 4\nmeasure_run = 2").expect("ok");
+    assert_eq!(pairs.measured().collect::<Vec<_>>(), [1, 2, 5, 6, 9]);
     assert_eq!((sequence.time_s(5), sequence.representative()), (0.5, 5));
     assert_eq!(sequence.place(), "main");
 }
@@ -103,6 +106,11 @@ fn what_is_wrong_is_named() {
         ),
         ("frames = 3\nwarm_up = 3", "leave none of 3"),
         ("frames = 3\nmeasure_every = 0", "at least 1"),
+        ("frames = 3\nmeasure_run = 0", "expected 1 to 1"),
+        (
+            "frames = 9\nmeasure_every = 3\nmeasure_run = 4",
+            "expected 1 to 3",
+        ),
         ("frames = 3\nkeep = [7]", "frame 7 is not rendered"),
         (
             "frames = 3\npath = \"wolk\"",
