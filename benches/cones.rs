@@ -117,7 +117,7 @@ fn updates(c: &mut Criterion) {
     ];
     let updated = |entry: Entry, number: u64| {
         let mut rng = Rng::new(1, 2, number, 0);
-        let mut update = Update::of(entry, &rules);
+        let mut update = Update::of(entry, &rules, SAMPLES);
         for _ in 0..SAMPLES {
             let (towards, spread) = lights[rng.below(3)];
             let frame = Frame::from_normal(towards);
@@ -125,7 +125,7 @@ fn updates(c: &mut Criterion) {
             let direction = towards + frame.tangent * x + frame.bitangent * y;
             update.add(direction.normalize(), Vec3::splat(0.1));
         }
-        update.average(SAMPLES);
+        update.average();
         update.finish()
     };
     let entries: Vec<Entry> = (0..UPDATES as u64)

@@ -197,7 +197,7 @@ fn resting_light_comes_nearer_to_the_truth_frame_by_frame() {
         "compressed = true",
     ] {
         // Small texels, so that shadows are not what is off.
-        let text = format!("{text}\nbias = -1.0");
+        let text = format!("{text}\nbias = -1.0\nselection = 'power'");
         let mut contender = cones(technique.as_ref(), &text);
         let errors = [0..1, 1..8, 8..64].map(|frames| {
             let rendered = built.play(contender.as_mut(), frames);
@@ -511,9 +511,10 @@ fn a_sky_all_around_has_the_right_brightness_and_less_where_light_below_the_hori
         assert!(is_sound(&rendered));
         mean(&rendered.image) / truth - 1.0
     });
-    // Cones as wide as the hemisphere lean over its rim.
+    // Cones as wide as the hemisphere lean over its rim, and the light of samples, most of which are high up, is spread all
+    // over them.
     assert!(offs[0] < offs[1], "{offs:?}");
-    assert!(offs.iter().all(|off| off.abs() < 0.05), "{offs:?}");
+    assert!(offs.iter().all(|off| off.abs() < 0.08), "{offs:?}");
 }
 
 #[test]

@@ -54,16 +54,6 @@ impl Entry {
         self.cones[self.used] = Cone::default();
     }
 
-    /// The two cones whose distance by `between` is least, and that distance; `None` of a single cone.
-    pub(super) fn closest_pair(
-        &self,
-        between: impl Fn(&Cone, &Cone) -> f32,
-    ) -> Option<([usize; 2], f32)> {
-        let pairs = (0..self.used).flat_map(|b| (0..b).map(move |a| [a, b]));
-        let measured = pairs.map(|[a, b]| ([a, b], between(&self.cones[a], &self.cones[b])));
-        measured.min_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
     /// Gives up what holds no light, or less than this part of all, unless it is `kept`.
     pub(super) fn tidy(&mut self, negligible: f32, kept: &[bool; MOST_CONES]) {
         let all = luminance(self.light().into());

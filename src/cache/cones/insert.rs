@@ -3,8 +3,9 @@
 use glam::Vec3;
 
 use super::cone::Cone;
-use super::rules::{Comparison, Rules, Unlit, Weighting};
+use super::rules::{Comparison, Inside, Rules, Unlit, Weighting};
 use super::{Entry, MOST_CONES, angle_between};
+use crate::image::luminance;
 
 /// One update of an entry: samples are added, then [`Update::finish`] takes them into the mean.
 pub struct Update<'a> {
@@ -16,22 +17,22 @@ pub struct Update<'a> {
     pub(super) lit: [bool; MOST_CONES],
     /// Largest turn of an axis so far, radians.
     pub(super) turn: f32,
-    /// Samples of the update, once they are averaged.
+    /// Samples of the update, those that reach no light included.
     pub(super) samples: u32,
     /// Whether the count was lowered.
     lowered: bool,
 }
 
 impl<'a> Update<'a> {
-    /// Begins with what an entry holds.
-    pub fn of(entry: Entry, rules: &'a Rules) -> Self {
+    /// Begins an update of `samples` samples with what an entry holds.
+    pub fn of(entry: Entry, rules: &'a Rules, samples: u32) -> Self {
         Self {
             rules,
             entry,
             arrived: [Vec3::ZERO; MOST_CONES],
             lit: [false; MOST_CONES],
             turn: 0.0,
-            samples: 0,
+            samples,
             lowered: false,
         }
     }
@@ -44,14 +45,14 @@ impl<'a> Update<'a> {
     /// Adds light from a unit direction: radiance over density (or irradiance over probability) of a sample that reaches
     /// its light, divided by the number of all samples of the update.
     pub fn add(&mut self, direction: Vec3, light: Vec3) {
-        let cone = self.cone_for(direction);
+        let cone = self.cone_for(direction, light);
         self.arrived[cone] += light;
         self.lit[cone] = true;
     }
 
     /// The cone that a sample belongs to, after it has been made or widened for it.
-    fn cone_for(&mut self, direction: Vec3) -> usize {
-        if let Some(inside) = self.innermost(direction) {
+    fn cone_for(&mut self, direction: Vec3, light: Vec3) -> usize {
+        if let Some(inside) = self.around(direction) {
             return inside;
         }
         let new = Cone {
@@ -62,19 +63,21 @@ impl<'a> Update<'a> {
         if self.entry.used < self.rules.cones.min(MOST_CONES) {
             return self.push(new);
         }
-        let between = match self.rules.comparison {
-            Comparison::Gaps => |a: &Cone, b: &Cone| (a.gap_to(b.axis) - b.half_angle).max(0.0),
-            Comparison::Axes => |a: &Cone, b: &Cone| angle_between(a.axis, b.axis),
-        };
         // A sample is a cone without width.
-        let sample = Cone {
-            axis: direction,
-            ..Cone::default()
+        let sample = Weighed {
+            cone: Cone {
+                axis: direction,
+                ..Cone::default()
+            },
+            light: luminance(light.into()) * self.samples as f32,
         };
-        let distances = self.cones().iter().map(|cone| between(cone, &sample));
+        let cones: [Weighed; MOST_CONES] = std::array::from_fn(|index| self.weighed(index));
+        let cones = &cones[..self.entry.used];
+        let between = |a: &Weighed, b: &Weighed| a.distance(b, self.rules.comparison);
+        let distances = cones.iter().map(|cone| between(cone, &sample));
         let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
         let (nearest, distance) = nearest.unwrap_or((0, 0.0));
-        match self.entry.closest_pair(between) {
+        match closest_pair(cones, between) {
             Some((pair, apart)) if apart <= distance => {
                 self.merge(pair);
                 self.push(new)
@@ -87,12 +90,28 @@ impl<'a> Update<'a> {
         }
     }
 
-    /// (A) The cone that a direction is deepest inside of, measured by its half angle.
-    fn innermost(&self, direction: Vec3) -> Option<usize> {
-        let depth = |cone: &Cone| angle_between(cone.axis, direction) / cone.half_angle;
-        let depths = self.cones().iter().map(depth).enumerate();
-        let inside = depths.filter(|(_, depth)| *depth <= 1.0);
-        inside.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+    /// A cone and the light of all samples that it is the mean of, as luminance.
+    fn weighed(&self, index: usize) -> Weighed {
+        let cone = self.entry.cones[index];
+        let [before, now] = [cone.light, self.arrived[index]].map(|light| luminance(light.into()));
+        Weighed {
+            cone,
+            light: before * self.entry.count + now * self.samples as f32,
+        }
+    }
+
+    /// (A) The cone around a direction.
+    fn around(&self, direction: Vec3) -> Option<usize> {
+        let of = |cone: &Cone| (angle_between(cone.axis, direction), cone.half_angle);
+        let angles = self.cones().iter().map(of).enumerate();
+        let inside = angles.filter(|(_, (angle, half))| angle <= half);
+        let order = |&(_, (angle, half)): &(usize, (f32, f32))| match self.rules.inside {
+            Inside::Deepest => angle / half,
+            Inside::Narrowest => half,
+        };
+        inside
+            .min_by(|a, b| order(a).total_cmp(&order(b)))
+            .map(|(i, _)| i)
     }
 
     /// (B) A new cone.
@@ -127,12 +146,11 @@ impl<'a> Update<'a> {
         self.entry.remove(index);
     }
 
-    /// Takes `samples` samples, those that reached no light included, into the mean.
-    pub fn average(&mut self, samples: u32) {
-        self.samples = samples;
+    /// Takes all samples, those that reached no light included, into the mean.
+    pub fn average(&mut self) {
         self.lower_count();
         let weight = match self.rules.weighting {
-            Weighting::Samples => samples as f32,
+            Weighting::Samples => self.samples as f32,
             Weighting::Updates => 1.0,
         };
         let count = (self.entry.count + weight).min(self.rules.most_count.max(weight));
@@ -165,6 +183,39 @@ impl<'a> Update<'a> {
         self.entry.tidy(self.rules.negligible, &self.lit);
         self.entry
     }
+}
+
+/// A cone that may be merged, and its light.
+struct Weighed {
+    cone: Cone,
+    /// Luminance, summed over samples.
+    light: f32,
+}
+
+impl Weighed {
+    /// How little two cones should become one.
+    fn distance(&self, other: &Self, comparison: Comparison) -> f32 {
+        let (a, b) = (&self.cone, &other.cone);
+        match comparison {
+            Comparison::Gaps => (a.gap_to(b.axis) - b.half_angle).max(0.0),
+            Comparison::Axes => angle_between(a.axis, b.axis),
+            Comparison::Light => {
+                let half_angle = a.enclosing(b).half_angle;
+                let widened = |w: &Self| w.light * (half_angle - w.cone.half_angle).max(0.0);
+                widened(self) + widened(other)
+            }
+        }
+    }
+}
+
+/// The two cones whose distance by `between` is least, and that distance; `None` of a single cone.
+fn closest_pair(
+    cones: &[Weighed],
+    between: impl Fn(&Weighed, &Weighed) -> f32,
+) -> Option<([usize; 2], f32)> {
+    let pairs = (0..cones.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
+    let measured = pairs.map(|[a, b]| ([a, b], between(&cones[a], &cones[b])));
+    measured.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 #[cfg(test)]

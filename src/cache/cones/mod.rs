@@ -19,6 +19,6 @@ mod storage;
 pub use cone::{Cone, angle_between};
 pub use entry::{Entry, MOST_CONES};
 pub use insert::Update;
-pub use rules::{Comparison, Rules, Shrinking, SmallCones, Unlit, Weighting};
+pub use rules::{Comparison, Inside, Rules, Shrinking, SmallCones, Unlit, Weighting};
 pub use shrink::EdgeTest;
 pub use storage::Storage;

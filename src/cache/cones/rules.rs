@@ -9,6 +9,18 @@ words! {
         Gaps = "gaps",
         /// Angles between their axes.
         Axes = "axes",
+        /// Widening that it takes, weighed by the light that is spread by it.
+        Light = "light",
+    }
+}
+
+words! {
+    /// Which of several cones around a sample takes it.
+    pub enum Inside {
+        /// The one that it is deepest in, measured by half angles.
+        Deepest = "deepest",
+        /// The narrowest.
+        Narrowest = "narrowest",
     }
 }
 
@@ -63,7 +75,9 @@ parameters! {
         /// Half angle of a new cone, and the least of any.
         pub least_angle_deg: f32 = 1.43, Within(0.01, 90.0), "degrees";
         /// What is compared before a cone is widened or two are merged.
-        pub comparison: Comparison = Comparison::Gaps;
+        pub comparison: Comparison = Comparison::Light;
+        /// Which of several cones around a sample takes it.
+        pub inside: Inside = Inside::Narrowest;
         /// What the count of an entry counts.
         pub weighting: Weighting = Weighting::Samples;
         /// Most that is counted: how far the mean reaches back.
@@ -76,7 +90,7 @@ parameters! {
         pub turn_count: f32 = 4.0, Within(0.0, 256.0);
         /// What the count is divided by where the scene changes, and a cone is met by none of at least four samples and dark
         /// at its edge.
-        pub doubt: f32 = 1.5, Within(1.0, 255.0);
+        pub doubt: f32 = 3.0, Within(1.0, 255.0);
         /// ε: where the edge of a cone is tested for light, as a part of its half angle.
         pub edge: f32 = 0.1, Within(0.0, 1.0);
         /// How far a cone without light at its edge shrinks.

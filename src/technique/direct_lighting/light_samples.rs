@@ -12,7 +12,7 @@ use super::super::truth::Truth;
 use super::super::{
     Contender, ContenderEntry, Passes, Rendered, ShadingFunction, Shot, Terms, each_pixel,
 };
-use super::selection::{Selecting, Selection, Turn};
+use super::selection::{Selected, Selecting, Selection};
 use super::sight::{Sight, surface};
 use crate::entry::{About, Bias, parameters};
 use crate::image::luminance;
@@ -33,7 +33,7 @@ pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "random samples of the lights, a shadow ray each, at what each camera sample sees",
         source: "Stadlbauer et al. 2023, section 4: ray-traced light sampling",
         bias: Bias::Unbiased,
-        version: 1,
+        version: 2,
         failures: &[
             "noise falls with the square root of the rays only",
             "large lights in smooth surfaces are noisy: directions are not sampled by the surface",
@@ -133,29 +133,16 @@ impl ShadingFunction for Lit<'_> {
 impl Lit<'_> {
     /// Light that a surface scatters to the camera: the mean of all samples.
     fn scattered(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
-        let count = self.count;
-        let offset = rng.next_f64();
-        let samples = (0..count).map(|number| {
-            let turn = Turn {
-                number,
-                count,
-                offset,
-            };
-            self.one(caster, (at, turn), rng)
-        });
-        samples.sum::<Vec3>() / count as f32
-    }
-
-    fn one(&self, caster: &Caster, (at, turn): (&Interaction, Turn), rng: &mut Rng) -> Vec3 {
         let scattered = |light: &Arriving| at.evaluate(light.direction) * light.irradiance;
         let adds = |light: &Arriving| luminance(scattered(light).into());
-        let Some(light) = self.selecting.sample(at, turn, rng, adds) else {
-            return Vec3::ZERO;
+        let samples = self.selecting.samples(at, self.count, rng, adds);
+        let one = |light: Selected| {
+            let scattered = scattered(&light.arriving);
+            if scattered == Vec3::ZERO || caster.occluded(&light.arriving.shadow_ray) {
+                return Vec3::ZERO;
+            }
+            scattered / light.density
         };
-        let scattered = scattered(&light.arriving);
-        if scattered == Vec3::ZERO || caster.occluded(&light.arriving.shadow_ray) {
-            return Vec3::ZERO;
-        }
-        scattered / light.density
+        samples.into_iter().map(one).sum::<Vec3>() / self.count as f32
     }
 }

@@ -13,7 +13,8 @@ words! {
         Power = "power",
         /// By power with one random offset for all samples of a surface, evenly spaced.
         Systematic = "systematic",
-        /// By what candidates, drawn by power, would add without shadows.
+        /// By what candidates, drawn by power, would add without shadows; those of all samples of a surface are evenly spaced
+        /// and serve all of them.
         Product = "product",
     }
 }
@@ -27,15 +28,6 @@ pub(crate) struct Selecting<'a> {
     pub candidates: u32,
 }
 
-/// One sample of all that a surface takes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Turn {
-    pub number: u32,
-    pub count: u32,
-    /// Random in [0, 1), the same for all samples of the surface.
-    pub offset: f64,
-}
-
 /// A light sample, before it is known whether it reaches its surface.
 pub(crate) struct Selected {
     pub arriving: Arriving,
@@ -43,39 +35,61 @@ pub(crate) struct Selected {
     pub density: f32,
 }
 
+/// Candidates that are held at once, unless a single sample has more of its own.
+const POOL: u32 = 1024;
+
 impl Selecting<'_> {
-    /// A light sample for a surface; `None` where it adds nothing. `adds` is what a sample adds without shadows, as luminance
-    /// up to a factor.
-    pub fn sample(
+    /// The light samples of a surface, `count` with those left out that add nothing. `adds` is what a sample adds without
+    /// shadows, as luminance up to a factor.
+    pub fn samples(
         &self,
         at: &Interaction,
-        turn: Turn,
+        count: u32,
         rng: &mut Rng,
         adds: impl Fn(&Arriving) -> f32,
-    ) -> Option<Selected> {
-        let even_choice = || (f64::from(turn.number) + turn.offset) / f64::from(turn.count);
-        let chosen = match self.selection {
-            Selection::Uniform => self.even.choose(rng),
-            Selection::Power => self.lights.choose(rng.next_f64(), rng),
-            Selection::Systematic => self.lights.choose(even_choice(), rng),
-            Selection::Product => return self.best_of_candidates(at, rng, adds),
-        };
-        let ChosenPlace { place, density } = chosen?;
-        let arriving = self.lights.arriving(&place, at)?;
-        (density > 0.0).then_some(Selected { arriving, density })
+    ) -> Vec<Selected> {
+        let mut selected = Vec::with_capacity(count as usize);
+        if self.selection == Selection::Product {
+            let group = (POOL / self.candidates).max(1);
+            for first in (0..count).step_by(group as usize) {
+                let count = group.min(count - first);
+                self.resample(at, count, (rng, &adds), &mut selected);
+            }
+            return selected;
+        }
+        let offset = rng.next_f64();
+        for number in 0..count {
+            let chosen = match self.selection {
+                Selection::Uniform => self.even.choose(rng),
+                Selection::Systematic => self.lights.choose(even(number, offset, count), rng),
+                Selection::Power | Selection::Product => self.lights.choose(rng.next_f64(), rng),
+            };
+            let Some(ChosenPlace { place, density }) = chosen else {
+                continue;
+            };
+            let arriving = self.lights.arriving(&place, at);
+            if let Some(arriving) = arriving.filter(|_| density > 0.0) {
+                selected.push(Selected { arriving, density });
+            }
+        }
+        selected
     }
 
-    /// Resampled importance sampling (Talbot et al. 2005): of all candidates one, by what it adds.
-    fn best_of_candidates(
+    /// Resampled importance sampling (Talbot et al. 2005): of all candidates `count`, by what they add. Candidates are evenly
+    /// spaced over the lights, and those that are taken over what all of them add.
+    fn resample(
         &self,
         at: &Interaction,
-        rng: &mut Rng,
-        adds: impl Fn(&Arriving) -> f32,
-    ) -> Option<Selected> {
-        let (mut sum, mut kept) = (0.0, None);
-        for _ in 0..self.candidates {
-            let chosen = self.lights.choose(rng.next_f64(), rng);
-            let u = rng.next_f32();
+        count: u32,
+        (rng, adds): (&mut Rng, &impl Fn(&Arriving) -> f32),
+        selected: &mut Vec<Selected>,
+    ) {
+        let all = count * self.candidates;
+        let offset = rng.next_f64();
+        let mut pool = Vec::with_capacity(all as usize);
+        let mut sum = 0.0;
+        for number in 0..all {
+            let chosen = self.lights.choose(even(number, offset, all), rng);
             let Some(ChosenPlace { place, density }) = chosen else {
                 continue;
             };
@@ -83,20 +97,43 @@ impl Selecting<'_> {
                 continue;
             };
             let added = adds(&arriving);
-            let weight = added / density;
+            let weight = f64::from(added / density);
             if added != 0.0 && !weight.is_finite() {
                 let density = f32::NAN;
-                return Some(Selected { arriving, density });
-            }
-            if weight > 0.0 {
+                selected.push(Selected { arriving, density });
+            } else if weight > 0.0 {
                 sum += weight;
-                if u * sum < weight {
-                    kept = Some((arriving, added));
-                }
+                pool.push(Candidate {
+                    arriving,
+                    added,
+                    sum,
+                });
             }
         }
-        let (arriving, added) = kept?;
-        let density = added * self.candidates as f32 / sum;
-        Some(Selected { arriving, density })
+        let offset = rng.next_f64();
+        for number in 0..count {
+            let place = sum * even(number, offset, count);
+            let index = pool.partition_point(|candidate| candidate.sum <= place);
+            if let Some(taken) = pool.get(index).or(pool.last()) {
+                selected.push(Selected {
+                    arriving: taken.arriving,
+                    density: (f64::from(taken.added) * f64::from(all) / sum) as f32,
+                });
+            }
+        }
     }
+}
+
+/// A light sample that may be taken.
+struct Candidate {
+    arriving: Arriving,
+    /// What it adds without shadows.
+    added: f32,
+    /// Of this over density, of all up to this one.
+    sum: f64,
+}
+
+/// The place of one of `count` evenly spaced numbers in [0, 1).
+fn even(number: u32, offset: f64, count: u32) -> f64 {
+    (f64::from(number) + offset) / f64::from(count)
 }

@@ -10,7 +10,7 @@ use crate::image::luminance;
 use crate::sample::{Frame, Rng};
 use crate::shade::{Arriving, Interaction};
 use crate::technique::Shot;
-use crate::technique::direct_lighting::selection::{Selected, Selecting, Turn};
+use crate::technique::direct_lighting::selection::{Selected, Selecting};
 use crate::trace::{Caster, Hit, RayCounter};
 
 /// The updates of a frame.
@@ -129,19 +129,23 @@ impl Gathering<'_> {
             true => self.parameters.calm_samples.min(self.samples),
             false => self.samples,
         };
-        let mut update = Update::of(entry, &self.parameters.rules);
-        let offset = rng.next_f64();
-        for number in 0..samples {
-            let turn = Turn {
-                number,
-                count: samples,
-                offset,
-            };
-            if let Some((direction, light)) = self.sampled(caster, (texel, turn), rng, tally) {
-                update.add(texel.frame.to_local(direction), light / samples as f32);
+        let mut update = Update::of(entry, &self.parameters.rules, samples);
+        let cosine = |light: &Arriving| light.direction.dot(texel.normal).max(0.0);
+        let adds = |light: &Arriving| cosine(light) * luminance(light.irradiance.into());
+        let selected = self.selecting.samples(&texel.at, samples, rng, adds);
+        for Selected { arriving, density } in selected {
+            if cosine(&arriving) == 0.0 || arriving.irradiance == Vec3::ZERO {
+                continue;
+            }
+            let light = arriving.irradiance / density;
+            if !light.is_finite() {
+                tally.non_finite += 1;
+            } else if !caster.occluded(&arriving.shadow_ray) {
+                let direction = texel.frame.to_local(arriving.direction);
+                update.add(direction, light / samples as f32);
             }
         }
-        update.average(samples);
+        update.average();
         self.test(caster, texel, (&mut update, rng), calm, tally);
         let entry = update.finish();
         tally.texels += 1;
@@ -149,29 +153,6 @@ impl Gathering<'_> {
         tally.cones += entry.cones().len() as u64;
         tally.samples += u64::from(samples);
         entry
-    }
-
-    /// One light that reaches a texel: the direction towards it, and its light over the density of the sample.
-    fn sampled(
-        &self,
-        caster: &Caster,
-        (texel, turn): (&Receiver, Turn),
-        rng: &mut Rng,
-        tally: &mut Tally,
-    ) -> Option<(Vec3, Vec3)> {
-        let cosine = |light: &Arriving| light.direction.dot(texel.normal).max(0.0);
-        let adds = |light: &Arriving| cosine(light) * luminance(light.irradiance.into());
-        let Selected { arriving, density } = self.selecting.sample(&texel.at, turn, rng, adds)?;
-        if cosine(&arriving) == 0.0 || arriving.irradiance == Vec3::ZERO {
-            return None;
-        }
-        let light = arriving.irradiance / density;
-        if !light.is_finite() {
-            tally.non_finite += 1;
-            return None;
-        }
-        let reaches = !caster.occluded(&arriving.shadow_ray);
-        reaches.then_some((arriving.direction, light))
     }
 
     /// Tests the edges of cones and shrinks those without light.

@@ -9,9 +9,11 @@
 //! pixel sees without scattering (lamps, mirrors, glass, the sky) is traced.
 //!
 //! *Differs:* light is integrated over solid angle (the paper's sum says nothing of it); small cones without light are
-//! not removed but fade, and each cone is told apart from others by the gaps between their edges (`rules`); an entry counts
-//! its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which lowers the
-//! count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones turn with it (`orientation`).
+//! not removed but fade; where cones are merged or widened, the widening is weighed by the light that it spreads, and the
+//! narrowest cone around a sample takes it, so that the sun is not lost in the sky (`rules`); lights are chosen
+//! by what they would add without shadows; an entry counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a
+//! turn of a cone, which lowers the count, brings the rays back; so does a change of the scene (`motion`). In texels of a
+//! shape that turns, cones turn with it (`orientation`).
 
 mod cut_off;
 mod gather;
@@ -48,7 +50,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 2,
+        version: 3,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",

@@ -76,9 +76,9 @@ parameters! {
         /// Where texels are that another surface cuts off.
         pub cut_off: CutOff = CutOff::Moved;
         /// How the lights of an update are chosen.
-        pub selection: Selection = Selection::Power;
+        pub selection: Selection = Selection::Product;
         /// Candidates of each sample, for selection = "product".
-        pub candidates: u32 = 8, Within(1.0, 65536.0);
+        pub candidates: u32 = 4, Within(1.0, 65536.0);
         /// Size of texels above that of pixels, in doublings.
         pub bias: f32 = 1.0, Within(-8.0, 8.0), "levels";
         /// Texels of the finest size along the diagonal of the scene; there are sixteen sizes.
