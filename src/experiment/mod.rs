@@ -10,6 +10,7 @@ mod columns;
 mod config;
 #[cfg(test)]
 mod config_page;
+mod darkness;
 mod equal_time;
 mod expression;
 mod foresee;

@@ -9,6 +9,7 @@ use toml::{Table, Value};
 use super::EXACT;
 use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
+use super::darkness;
 use super::limits;
 use super::overrides::Override;
 use super::scene_key;
@@ -373,6 +374,8 @@ impl Planner<'_> {
         description
             .require_files(technique.needs(), choice.incomplete)
             .map_err(|error| scene.error("name", error.to_string()))?;
+        darkness::refuse_declared(technique.needs(), description, &sequence)
+            .map_err(|message| scene.error("name", message))?;
         if let Some(transform) = &choice.transform {
             transform
                 .check()

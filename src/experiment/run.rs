@@ -51,6 +51,9 @@ pub enum RunError {
     Image(#[from] crate::image::ImageError),
     #[error("{0}")]
     Technique(String),
+    /// A scene that has not what a technique is about.
+    #[error("{0}")]
+    Unfit(String),
 }
 
 /// Runs the jobs of a plan that are not there yet. Jobs of the same configs that the folder has from
