@@ -312,7 +312,7 @@ pub enum NewVerb {
 pub enum RefVerb {
     /// The stored references and their noise floors
     Status(RefStatusArgs),
-    /// Add samples to the references of a results folder
+    /// Add samples to the references of a results folder, and render absent and damaged ones
     Extend(RefExtendArgs),
 }
 
@@ -328,9 +328,9 @@ pub struct RefExtendArgs {
     /// A results folder, or its name below results/
     #[arg(value_parser = results_folder())]
     pub folder: PathBuf,
-    /// Samples per pixel to reach
+    /// Samples per pixel to reach; without it only absent and damaged references are rendered
     #[arg(long)]
-    pub samples: u32,
+    pub samples: Option<u32>,
 }
 
 #[derive(Debug, Args)]

@@ -9,7 +9,7 @@ use super::loaded::{Loaded, build_technique};
 use super::panics::with_panics_as_errors;
 use super::play::Player;
 use super::provenance::{self, Provenance};
-use super::reference::ReferenceStore;
+use super::reference_store::ReferenceStore;
 use super::sequence::{FrameRecord, frames_csv};
 use super::truths::Truths;
 use super::{Config, Job, Plan, Row, Store, progress::Progress};

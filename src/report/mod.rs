@@ -31,6 +31,7 @@ mod pixels;
 mod plot;
 mod published;
 mod ranking;
+mod references;
 mod sheet;
 mod shots;
 mod side_by_side;
