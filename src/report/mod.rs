@@ -23,6 +23,7 @@ mod job_lines;
 mod legend;
 mod light_map;
 mod look;
+mod name;
 mod number;
 mod overlay;
 mod paper;
