@@ -209,9 +209,12 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     plan.notes.sort();
     plan.notes.dedup();
     // All jobs of a scene together, so that it is loaded once; otherwise in the order written.
-    let order: Vec<String> = plan.jobs.iter().map(|j| j.scene.clone()).collect();
-    plan.jobs
-        .sort_by_key(|job| order.iter().position(|s| *s == job.scene));
+    let mut order: HashMap<String, usize> = HashMap::new();
+    for job in &plan.jobs {
+        let next = order.len();
+        order.entry(job.scene.clone()).or_insert(next);
+    }
+    plan.jobs.sort_by_key(|job| order[&job.scene]);
     // A swept key that a method does not have gives the same job again.
     let mut seen = HashSet::new();
     plan.jobs.retain(|job| seen.insert(job.place()));
@@ -385,6 +388,7 @@ impl Planner<'_> {
             return Ok(());
         }
         let key = scene_key(description);
+        let mut references: Option<String> = None;
         for (method, label, parameters) in methods {
             for repeat in 0..config.repeats {
                 let mut job = Job {
@@ -417,7 +421,9 @@ impl Planner<'_> {
                     reference: String::new(),
                     allow_non_finite: config.allow_non_finite,
                 };
-                job.identify(entry, description);
+                let references = references.get_or_insert_with(|| job.reference_key(description));
+                job.reference.clone_from(references);
+                job.identify((entry, technique.as_ref()));
                 plan.jobs.push(job);
             }
         }
