@@ -189,8 +189,9 @@ pub struct ContenderArgs {
     /// decomposition (the default of environment-lighting), or `reference` for the exact function
     #[arg(long)]
     pub method: Option<String>,
-    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD. Of environment
-    /// lighting: shadow rays per shading point; default: 16
+    /// What the technique's methods share. Of cached light: records; default: 5.8 % of the pixels, the paper's 120K at
+    /// full HD. Of environment lighting: shadow rays per shading point; default: 16. Of paths, direct light and radiance:
+    /// samples a pixel; default: 1
     #[arg(long)]
     pub budget: Option<usize>,
     /// Pixels, for example 480x270; default: the view's

@@ -1,5 +1,6 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
+mod arrays;
 mod budget;
 mod case;
 mod cases;

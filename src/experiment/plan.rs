@@ -177,6 +177,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         axes.remove(key);
     }
     limits::check_names(source, &base)?;
+    limits::check_axes(source, &axes, overrides)?;
     limits::check_count(source, &base, &axes)?;
     let mut plan = Plan {
         name: base.name.clone(),
