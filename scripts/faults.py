@@ -7,6 +7,7 @@ memory) and the pixels of its images and references are those of a run that noth
 """
 
 import csv
+import json
 import os
 import pathlib
 import random
@@ -307,37 +308,106 @@ def older_store(bench):
     return int(good), 1, codes([code])
 
 
-def damaged_files(bench):
-    """damaged references, rows and plans: made anew, or an error with the path and what to do"""
+def flipped(data):
+    middle = len(data) // 2
+    return data[:middle] + bytes([data[middle] ^ 85]) + data[middle + 1 :]
 
-    def flipped(data):
-        middle = len(data) // 2
-        return data[:middle] + bytes([data[middle] ^ 85]) + data[middle + 1 :]
 
-    def cut(share):
-        return lambda data: data[: int(len(data) * share)]
+def cut(share):
+    return lambda data: data[: int(len(data) * share)]
 
-    places = ["references/*.exr", "still/jobs/*/row.json", "still/plan.json"]
-    damages = [cut(0), cut(0.01), cut(0.3), cut(0.9), lambda data: bytes(len(data)), flipped]
+
+DAMAGES = [cut(0), cut(0.01), cut(0.3), cut(0.9), lambda data: bytes(len(data)), flipped]
+
+
+def damaged(bench, pattern, right):
+    """A suite with files that are damaged in each of the ways, run again; `right` judges folder, exit code and messages."""
     good, seen = 0, []
-    for pattern in places:
-        for damage in damages:
-            out = bench.folder() / "both"
-            shutil.copytree(bench.place / "calm/both", out)
-            for path in out.glob(pattern):
-                path.write_bytes(damage(path.read_bytes()))
-            if pattern.startswith("references"):
-                for job in out.rglob("jobs/[!.]*"):  # finished jobs need no reference
-                    shutil.rmtree(job)
-            code, said = bench.run(out)
-            told = str(out) in said and ("delete" in said or "remove" in said)
-            right = (code == 0 and bench.whole(out)) or (code in (2, 4) and told)
-            if not right:
-                print(f"{pattern}: exit code {code}; {'; '.join(error_lines(said))}", file=sys.stderr)
-            seen.append(code)
-            good += right
-            shutil.rmtree(out.parent)
+    for damage in DAMAGES:
+        out = bench.folder() / "both"
+        shutil.copytree(bench.place / "calm", out.parent, dirs_exist_ok=True)
+        paths = list(out.glob(pattern))
+        for path in paths:
+            path.write_bytes(damage(path.read_bytes()))
+        if pattern.startswith("references"):
+            for job in out.rglob("jobs/[!.]*"):  # finished jobs need no reference
+                shutil.rmtree(job)
+        code, said = bench.run(out)
+        fine = paths and code == 0 and bench.whole(out) and right(out, paths, said)
+        if not fine:
+            print(f"{pattern}: exit code {code}; {'; '.join(error_lines(said))}", file=sys.stderr)
+        seen.append(code)
+        good += bool(fine)
+        shutil.rmtree(out.parent)
+    return good, seen
+
+
+def damaged_files(bench):
+    """damaged rows and plans (cut, emptied, zeros, a flipped byte): made anew"""
+    good, seen = 0, []
+    for pattern in ["still/jobs/*/row.json", "still/plan.json"]:
+        now, codes_now = damaged(bench, pattern, lambda *_: True)
+        good, seen = good + now, seen + codes_now
     return good, len(seen), codes(seen)
+
+
+def damaged_references(bench):
+    """damaged references (the same): told with their paths, set aside and made anew"""
+
+    def right(out, paths, said):
+        return all(str(path) in said and path.with_name(path.name + ".damaged").is_file() for path in paths)
+
+    good, seen = damaged(bench, "references/*.exr", right)
+    return good, len(seen), codes(seen)
+
+
+def flipped_bits(bench):
+    """one bit of a reference flipped: `ref status` refuses the file, or nothing that it says has changed"""
+    place, good, seen = bench.folder() / "references", 0, []
+    place.mkdir()
+    sources = sorted((bench.place / "calm/both/references").glob("*.exr"))[:3]
+
+    def status(reference):
+        command = [bench.binary, "ref", "status", place]
+        told = subprocess.run(command, capture_output=True, text=True)
+        same = [bench.binary, "compare", reference, place / reference.name, "--json"]
+        same = subprocess.run(same, capture_output=True, text=True) if told.returncode == 0 else None
+        return told.returncode, told.stdout, same and json.loads(same.stdout)["rmse"]
+
+    for source in sources:
+        data = source.read_bytes()
+        (place / source.name).write_bytes(data)
+        sound = status(source)
+        for _ in range(120):
+            bit = random.randrange(8 * len(data))
+            damaged_data = bytearray(data)
+            damaged_data[bit // 8] ^= 1 << bit % 8
+            (place / source.name).write_bytes(damaged_data)
+            code, said, rmse = status(source)
+            seen.append(code)
+            good += (code == 2 and "damaged" in said) or (code, said, rmse) == sound
+        (place / source.name).unlink()
+    return good, len(seen), codes(seen)
+
+
+def damaged_reports(bench):
+    """a damaged reference of finished jobs: `report` names it, `ref extend` renders it again"""
+    out = bench.folder() / "both"
+    shutil.copytree(bench.place / "calm", out.parent, dirs_exist_ok=True)
+    paths = list(out.glob("references/*.exr"))
+    for path in paths:
+        path.write_bytes(flipped(path.read_bytes()))
+    seen, good = [], 0
+    for verb, more in [("report", ()), ("ref", ("extend",)), ("report", ())]:
+        told, code = "", 0
+        for experiment in ["still", "moving"]:
+            command = [bench.binary, verb, *more, out / experiment]
+            process = subprocess.run(command, capture_output=True, text=True, cwd=bench.place)
+            told, code = told + process.stdout + process.stderr, max(code, process.returncode)
+        seen.append(code)
+        named = any(path.name in told for path in paths)
+        good += code == 0 and named == (len(seen) < 3)
+    return good, 3, codes(seen)
 
 
 TESTS = {
@@ -350,6 +420,9 @@ TESTS = {
     "read-only": read_only,
     "older-store": older_store,
     "damaged-files": damaged_files,
+    "damaged-references": damaged_references,
+    "flipped-bits": flipped_bits,
+    "damaged-reports": damaged_reports,
 }
 
 

@@ -7,6 +7,8 @@ use std::process::Stdio;
 
 use assert_cmd::Command;
 
+#[path = "cli/damage.rs"]
+mod damage;
 #[path = "cli/folders.rs"]
 mod folders;
 #[path = "cli/gates.rs"]
@@ -330,6 +332,14 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
             &TINY.replace("\"tiny\"", "\"../../tiny\""),
             "bad.toml:2:1: name: expected the name of one folder",
         ),
+        (
+            &TINY.replace("[48, 27]", "[48, 27, 3]"),
+            "bad.toml:6:8: expected 2 values, found 3",
+        ),
+        (
+            &format!("{TINY}[sweep]\ncaches = []\n"),
+            "`caches` is swept over no value",
+        ),
         (&TINY.replace("\"tiny\"", "\"..\""), "bad.toml:2:1: name"),
         (&TINY.replace("\"tiny\"", "\"\""), "bad.toml:2:1: name"),
         (
@@ -368,6 +378,12 @@ fn paths_in_a_config_are_relative_to_it() {
     let output = place.lightbench(&["plan", "there/configs/c.toml"]);
     assert_eq!(output.code, 0, "{}", output.err);
     assert!(output.out.contains("box"), "{}", output.out);
+    // Without a separator too, from any folder.
+    place.write("there/configs/box.toml", scene);
+    let config = config.replace("../scenes/box.toml", "box.toml");
+    place.write("there/configs/beside.toml", &config);
+    let output = place.lightbench(&["plan", "there/configs/beside.toml"]);
+    assert_eq!(output.code, 0, "{}", output.err);
 }
 
 #[test]

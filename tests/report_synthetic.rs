@@ -4,7 +4,9 @@ mod report_support;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use lightbench::image::{Image, read, read_coded};
+use lightbench::environment::LightKind;
+use lightbench::experiment::{LIGHTS_FILE, LightFile, MAP_FILE};
+use lightbench::image::{Image, read, read_coded, write_png_coded};
 use lightbench::report::{ReportError, write, write_single_file};
 use report_support::boxes::{assert_legible, texts};
 use report_support::{Folder, Which, layers, picture};
@@ -214,6 +216,98 @@ fn no_text_is_cut_or_lies_on_another_one() {
             "{summary}"
         );
     }
+}
+
+#[test]
+fn long_names_of_methods_are_broken_and_not_cut() {
+    let place = tempfile::tempdir().expect("folder");
+    let mut folder = Folder::new(&place.path().join("long"), &for_paper(""));
+    for rounds in ["two", "four"] {
+        let label = format!("gradients and {rounds} rounds guided by errors");
+        let images = layers(&picture(96, 54), 0.3);
+        folder.job(which("statues", &label, 1), (0.1, 0.05), Some(images));
+    }
+    folder.write();
+    write(&folder.path).expect("report");
+    assert_legible(&folder.path);
+    for name in ["side-by-side", "records", "discontinuity", "components"] {
+        let svg = folder.text(&format!("figures/{name}-statues.svg"));
+        let written: Vec<String> = texts(&svg).0.into_iter().map(|t| t.text).collect();
+        let all = written.join(" ");
+        assert!(!all.contains('…'), "{name}: {all}");
+        assert!(all.contains("rounds guided by errors"), "{name}: {all}");
+    }
+}
+
+/// What a job keeps of lights that it made of a map.
+fn keep_lights(folder: &Folder, job: &str, lights: &LightFile) {
+    let job = folder.path.join("jobs").join(job);
+    let map = Image::new(64, 32).map(|_| [0.5; 3]);
+    write_png_coded(&job.join(MAP_FILE), &map).expect("map");
+    let text = serde_json::to_string(lights).expect("serializes");
+    std::fs::write(job.join(LIGHTS_FILE), text).expect("lights");
+}
+
+#[test]
+fn lights_and_classes_of_texels_are_drawn_on_the_map() {
+    let place = tempfile::tempdir().expect("folder");
+    let figures = "[[figure]]\nname = \"lights\"\nkind = \"lights\"\n[[figure]]\nname = \"classes\"\nkind = \"classification\"\n";
+    let mut folder = Folder::new(&place.path().join("lights"), figures);
+    let labels = ["decomposition", "median-cut", "mis"];
+    let jobs = labels.map(|label| {
+        let images = layers(&picture(96, 54), 0.3);
+        let row = folder.job(which("statues", label, 1), (0.1, 0.05), Some(images));
+        row.job.clone()
+    });
+    folder.write();
+    let summary = write(&folder.path).expect("report").summary;
+    assert!(
+        summary.contains("these methods kept no lights"),
+        "{summary}"
+    );
+    let of_kinds = |kinds: [LightKind; 3]| {
+        let places = [[0.2, 0.3], [0.5, 0.5], [0.8, 0.7]];
+        places.into_iter().zip(kinds).collect()
+    };
+    let direct = [LightKind::Direct, LightKind::Direct, LightKind::Indirect];
+    let told_apart = LightFile {
+        lights: of_kinds(direct),
+        // The upper half of the map.
+        emissive: vec![[0, 64 * 16]],
+    };
+    let global = LightFile {
+        lights: of_kinds([LightKind::Global; 3]),
+        emissive: Vec::new(),
+    };
+    keep_lights(&folder, &jobs[0], &told_apart);
+    keep_lights(&folder, &jobs[1], &global);
+    write(&folder.path).expect("report");
+    assert_legible(&folder.path);
+    let drawn = |name: &str| {
+        let svg = folder.text(&format!("figures/{name}-statues.svg"));
+        let written: Vec<String> = texts(&svg).0.into_iter().map(|t| t.text).collect();
+        let file = folder.path.join(format!("figures/{name}-statues.png"));
+        let (image, _) = read_coded(&file).expect("a picture");
+        let count = |is: fn(&[f32; 3]) -> bool| image.pixels.iter().filter(|p| is(p)).count();
+        let red = count(|[r, g, b]| *r > g + 0.3 && *r > b + 0.3);
+        let blue = count(|[r, _, b]| *b > r + 0.2);
+        (written.join("|"), red as f64, blue as f64)
+    };
+    let (text, red, blue) = drawn("lights");
+    assert!(
+        text.contains("decomposition: 2 direct + 1 indirect"),
+        "{text}"
+    );
+    assert!(text.contains("median-cut: 3 lights"), "{text}");
+    assert!(!text.contains("mis"), "{text}");
+    // Five discs against one, and one of the legend each.
+    assert!(red > 3.0 * blue && blue > 0.0, "{red} {blue}");
+    let (text, red, blue) = drawn("classes");
+    assert!(
+        text.contains("decomposition") && !text.contains("median-cut"),
+        "{text}"
+    );
+    assert!((red / blue - 1.0).abs() < 0.05, "{red} {blue}");
 }
 
 #[test]

@@ -189,8 +189,9 @@ pub struct ContenderArgs {
     /// decomposition (the default of environment-lighting), or `reference` for the exact function
     #[arg(long)]
     pub method: Option<String>,
-    /// Number of records; default: 5.8 % of the pixels, the paper's 120K at full HD. Of environment
-    /// lighting: shadow rays per shading point; default: 16
+    /// What the technique's methods share. Of cached light: records; default: 5.8 % of the pixels, the paper's 120K at
+    /// full HD. Of environment lighting: shadow rays per shading point; default: 16. Of paths, direct light and radiance:
+    /// samples a pixel; default: 1
     #[arg(long)]
     pub budget: Option<usize>,
     /// Pixels, for example 480x270; default: the view's
@@ -312,7 +313,7 @@ pub enum NewVerb {
 pub enum RefVerb {
     /// The stored references and their noise floors
     Status(RefStatusArgs),
-    /// Add samples to the references of a results folder
+    /// Add samples to the references of a results folder, and render absent and damaged ones
     Extend(RefExtendArgs),
 }
 
@@ -328,9 +329,9 @@ pub struct RefExtendArgs {
     /// A results folder, or its name below results/
     #[arg(value_parser = results_folder())]
     pub folder: PathBuf,
-    /// Samples per pixel to reach
+    /// Samples per pixel to reach; without it only absent and damaged references are rendered
     #[arg(long)]
-    pub samples: u32,
+    pub samples: Option<u32>,
 }
 
 #[derive(Debug, Args)]

@@ -126,14 +126,19 @@ fn print(gate: &Gate) {
 }
 
 fn describe(one: &Judged) -> String {
+    let subject = [one.scene.as_str(), &one.at].join(" ");
+    let subject = subject.trim_end();
+    if one.verdict == Verdict::NoData {
+        return format!(
+            "{subject}: no data, because no seed has a finite value of all that is compared"
+        );
+    }
     let interval = one.half_width.map_or_else(
         || "one run".to_owned(),
         |h| format!("±{h:.2e}, {} repeats", one.repeats),
     );
     format!(
-        "{} {}: {} — {:.6} against {:.6} ({interval})",
-        one.scene,
-        one.at,
+        "{subject}: {} — {:.6} against {:.6} ({interval})",
         word(one.verdict),
         one.smaller,
         one.larger
@@ -253,6 +258,19 @@ mod tests {
             done.contains("tests=\"1\" failures=\"0\" errors=\"0\""),
             "{done}"
         );
+    }
+
+    #[test]
+    fn what_has_no_data_shows_no_numbers() {
+        let mut one = held().judged.remove(0);
+        assert_eq!(
+            describe(&one),
+            "s: pass — 0.100000 against 1.000000 (one run)"
+        );
+        (one.verdict, one.smaller, one.larger) = (Verdict::NoData, -0.0, -0.0);
+        let told = describe(&one);
+        assert!(told.starts_with("s: no data"), "{told}");
+        assert!(!told.contains("0.000"), "{told}");
     }
 
     #[test]

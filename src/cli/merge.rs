@@ -2,10 +2,13 @@
 
 use std::collections::HashSet;
 
+use rayon::prelude::*;
+
 use super::args::MergeArgs;
 use super::exit::{self, Failure};
 use super::out;
 use crate::experiment::{Plan, Provenance, ReferenceStore, Store};
+use crate::standard_error::tell;
 
 /// Copies every job once, finished ones before failed ones, unites the plans and rebuilds the report.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
@@ -29,15 +32,15 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     united.jobs = plans.into_iter().flat_map(|p| p.jobs).collect();
     united.jobs.retain(|job| seen.insert(job.place()));
     // All that is read of the parts is read before anything is written: one of them may be the target.
-    let config = std::fs::read_to_string(stores[0].folder.join("config.json"))?;
+    let config = stores[0].config_text()?;
     let target = Store::create(&args.out)?;
     let mut provenance = Provenance::of(&target);
     for store in &stores {
         provenance.unite(Provenance::of(store));
     }
-    for job in &united.jobs {
-        adopt_best(&target, &stores, &job.id)?;
-    }
+    let ids: HashSet<&str> = united.jobs.iter().map(|job| job.id.as_str()).collect();
+    ids.into_par_iter()
+        .try_for_each(|id| adopt_best(&target, &stores, id))?;
     adopt_references(&target, &stores, &united)?;
     target.write("config.json", &config)?;
     provenance.write(&target)?;
@@ -52,20 +55,35 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
 fn adopt_references(target: &Store, parts: &[Store], plan: &Plan) -> std::io::Result<()> {
     let here = ReferenceStore::beside(&target.folder);
     let there = parts.iter().map(|p| ReferenceStore::beside(&p.folder));
-    let there: Vec<ReferenceStore> = there.collect();
-    let mut wanted: Vec<String> = Vec::new();
+    let mut there: Vec<ReferenceStore> = there.collect();
+    // Shards beside one another share theirs.
+    there.dedup_by(|a, b| a.folder == b.folder);
+    let mut wanted: HashSet<String> = HashSet::new();
     for job in &plan.jobs {
-        wanted.extend(target.references_of(&job.id));
-    }
-    wanted.sort_unstable();
-    wanted.dedup();
-    for key in wanted.iter().filter(|key| !here.path(key).exists()) {
-        if let Some(found) = there.iter().find(|store| store.path(key).exists()) {
-            let bytes = std::fs::read(found.path(key))?;
-            crate::files::write(&here.path(key), bytes)?;
+        match job.sequence.is_still() {
+            true => _ = wanted.insert(job.reference.clone()),
+            false => wanted.extend(target.references_of(&job.id)),
         }
     }
-    Ok(())
+    wanted.retain(|key| !here.path(key).exists());
+    wanted.par_iter().try_for_each(|key| {
+        let there = there.iter().filter(|store| store.path(key).exists());
+        let there: Vec<&ReferenceStore> = there.collect();
+        match there.iter().find(|store| store.read(key).is_ok()) {
+            Some(sound) => {
+                let bytes = std::fs::read(sound.path(key))?;
+                crate::files::write(&here.path(key), bytes)?;
+            }
+            None => there.iter().for_each(|damaged| {
+                let path = damaged.path(key);
+                tell!(
+                    "warning: the reference {} is damaged: left out",
+                    path.display()
+                );
+            }),
+        }
+        Ok(())
+    })
 }
 
 /// Takes the job from the first part in which it finished, else from one in which it failed.

@@ -1,5 +1,6 @@
 //! `plan`: the frozen job list; and the selection that `run` shares.
 
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -155,13 +156,10 @@ impl Filter {
         groups.sort_unstable();
         groups.dedup();
         let by_group = groups.len() >= shards;
-        let mut order: Vec<&str> = Vec::new();
+        let mut order: HashMap<&str, usize> = HashMap::new();
         let dealt = jobs.iter().enumerate().map(|(i, job)| {
-            let known = order.iter().position(|key| *key == job.reference);
-            let group = known.unwrap_or_else(|| {
-                order.push(&job.reference);
-                order.len() - 1
-            });
+            let next = order.len();
+            let group = *order.entry(&job.reference).or_insert(next);
             let number = if by_group { group } else { i };
             number % shards == shard
         });
@@ -169,19 +167,30 @@ impl Filter {
     }
 }
 
+/// What `--json` prints.
+#[derive(serde::Serialize)]
+struct PlanWithEstimates<'a> {
+    #[serde(flatten)]
+    plan: &'a Plan,
+    estimates: serde_json::Value,
+}
+
 /// Prints the plan of each config.
 pub fn run(args: &PlanArgs) -> Result<u8, Failure> {
     for planned in planned(&args.selection)? {
         if args.json {
-            let mut plan = serde_json::to_value(&planned.plan)?;
-            plan["estimates"] = serde_json::json!({
+            let mut estimates = serde_json::json!({
                 "record_bytes_peak": record_bytes_peak(&planned),
             });
             if args.memory {
                 let memory = foresee(&planned.plan.jobs)?;
-                plan["estimates"]["memory"] = memory.iter().map(memory_as_json).collect();
+                estimates["memory"] = memory.iter().map(memory_as_json).collect();
             }
-            say!("{plan:#}");
+            let shown = PlanWithEstimates {
+                plan: &planned.plan,
+                estimates,
+            };
+            say!("{}", serde_json::to_string_pretty(&shown)?);
         } else {
             print(&planned);
             if args.memory {
@@ -228,15 +237,14 @@ fn print_memory(memory: &[JobMemory]) {
 /// One line a job, then the sum.
 pub fn print(planned: &Planned) {
     let store = Store::at(&planned.folder);
-    let mut references: Vec<&str> = Vec::new();
+    let mut references: HashSet<&str> = HashSet::new();
     let (mut rays, mut done) = (0u64, 0);
     for job in &planned.plan.jobs {
         let finished = store.row(&job.id).is_some_and(|row| row.ok());
         done += usize::from(finished);
         if !finished {
             rays += job.estimated_rays();
-            if !references.contains(&job.reference.as_str()) {
-                references.push(&job.reference);
+            if references.insert(&job.reference) {
                 rays += job.reference_rays();
             }
         }

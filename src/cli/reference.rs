@@ -1,65 +1,88 @@
 //! `ref status` and `ref extend`.
 
+use std::collections::HashSet;
+
 use super::args::{RefExtendArgs, RefStatusArgs};
 use super::exit::{self, Failure};
 use super::out::say;
 use crate::experiment::{Loaded, Reference, ReferenceStore, Store, build_technique};
 use crate::standard_error::tell;
 
-/// One line a stored reference.
+/// One line a stored reference; damaged ones are told, and decide the exit code.
 pub fn status(args: &RefStatusArgs) -> Result<u8, Failure> {
     let store = ReferenceStore {
         folder: args.folder.clone(),
     };
     let found = store.list()?;
-    if found.is_empty() {
+    if found.references.is_empty() && found.set_aside.is_empty() {
         return Err(Failure::nothing(format!(
             "no reference in {}",
             args.folder.display()
         )));
     }
     say!("key               size       samples        floor (RMSE)  seconds");
-    for (key, path) in found {
-        let r = Reference::read(&path)?;
-        let floor = r
-            .floor()
-            .map_or("unknown".to_owned(), |f| format!("{f:.3e}"));
-        say!(
-            "{key}  {:>4}x{:<4}  {:>6}/{:<6}  {floor:>12}  {:>8.1}{}",
-            r.mean.width,
-            r.mean.height,
-            r.samples,
-            r.wanted,
-            r.seconds,
-            if r.samples < r.wanted {
-                "  unfinished"
-            } else {
-                ""
+    let mut damaged = 0;
+    for (key, path) in found.references {
+        match Reference::read(&path) {
+            Ok(reference) => say!("{}", line(&key, &reference)),
+            Err(error) => {
+                damaged += 1;
+                say!("{key}  damaged: {error}");
             }
-        );
+        }
     }
-    Ok(exit::OK)
+    for path in &found.set_aside {
+        say!("{}  was damaged and is set aside", path.display());
+    }
+    match damaged {
+        0 => Ok(exit::OK),
+        count => Err(Failure::usage(format!(
+            "{count} damaged in {}: `lightbench run` renders those again that it needs, `lightbench ref extend DIR` \
+             all of a results folder",
+            args.folder.display()
+        ))),
+    }
 }
 
-/// Adds passes to every reference of a results folder.
+fn line(key: &str, reference: &Reference) -> String {
+    let floor = reference
+        .floor()
+        .map_or("unknown".to_owned(), |f| format!("{f:.3e}"));
+    let unfinished = match reference.samples < reference.wanted {
+        true => "  unfinished",
+        false => "",
+    };
+    format!(
+        "{key}  {:>4}x{:<4}  {:>6}/{:<6}  {floor:>12}  {:>8.1}{unfinished}",
+        reference.mean.width,
+        reference.mean.height,
+        reference.samples,
+        reference.wanted,
+        reference.seconds,
+    )
+}
+
+/// Adds passes to every reference of a results folder, and renders those that are absent or damaged.
 pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
     let plan = Store::open(&args.folder)?.plan()?;
     let store = ReferenceStore::beside(&args.folder);
-    let mut done: Vec<&str> = Vec::new();
+    let mut done: HashSet<&str> = HashSet::new();
     for job in &plan.jobs {
-        if done.contains(&job.reference.as_str()) {
+        if !done.insert(&job.reference) {
             continue;
         }
-        done.push(&job.reference);
         let technique = build_technique(job)?;
-        if !technique.reference_is_random() {
+        let wanted = match technique.reference_is_random() {
+            true => args.samples,
+            false => None,
+        };
+        if args.samples.is_some() && wanted.is_none() {
             say!(
                 "{}: {} is exact at its {} sub-pixel samples; nothing to add",
                 job.scene,
                 job.technique,
                 job.spp
             );
-            continue;
         }
         let mut loaded = Loaded::new(job, technique.as_ref())?;
         let first = loaded
@@ -81,9 +104,11 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
                 shot.exposure = *exposure;
                 let contents = (technique.as_ref(), &shot);
                 let mut reference = store.obtain(&key, contents, &|_, _| {})?;
-                let shown = |done, all| tell!("{}: {done}/{all}", job.scene);
-                let extended = (store.path(&key), args.samples);
-                store.extend(&mut reference, (&extended.0, extended.1), contents, &shown)?;
+                if let Some(samples) = wanted {
+                    let shown = |done, all| tell!("{}: {done}/{all}", job.scene);
+                    let path = store.path(&key);
+                    store.extend(&mut reference, (&path, samples), contents, &shown)?;
+                }
                 say!(
                     "{}, frame {frame}: {} samples",
                     job.scene,

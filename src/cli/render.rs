@@ -98,8 +98,14 @@ fn experiment(args: &ContenderArgs) -> Result<Config, Failure> {
         scene.insert("size".into(), parse_size(text)?.to_vec().into());
     }
     if let Some(count) = args.budget {
-        let count = i64::try_from(count).unwrap_or(i64::MAX);
-        scene.insert(entry.units[0].key.into(), count.into());
+        let unit = entry.units[0];
+        if count == 0 || count as f64 > unit.most {
+            return Err(Failure::usage(format!(
+                "--budget {count}: expected 1 to {} {}, the budget of {}",
+                unit.most, unit.heading, entry.about.id
+            )));
+        }
+        scene.insert(unit.key.into(), (count as i64).into());
     }
     let mut sequence = Table::new();
     if let Some(path) = &args.path {

@@ -1,5 +1,6 @@
 //! What tells rows apart: the case. Rows of one case differ in their seed alone, which is the repeat.
 
+use std::collections::HashSet;
 use std::fmt;
 
 use serde_json::Value;
@@ -134,8 +135,9 @@ impl NamedPlace {
 /// Names places: each once, in the order in which they come.
 pub fn name_places(places: impl Iterator<Item = (Place, Option<String>)>) -> Vec<NamedPlace> {
     let mut named: Vec<NamedPlace> = Vec::new();
+    let mut known = HashSet::new();
     for (place, paper) in places {
-        if !named.iter().any(|known| known.place == place) {
+        if known.insert(place.clone()) {
             let name = place.scene.clone();
             named.push(NamedPlace { place, name, paper });
         }

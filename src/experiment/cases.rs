@@ -48,11 +48,12 @@ impl Cases {
                 .map_or_else(String::new, |(case, ..)| case.technique.clone()),
             ..Self::default()
         };
+        let (mut labels, mut points) = (HashSet::new(), HashSet::new());
         for (case, seed, _) in expected {
-            if !cases.labels.contains(&case.label) {
+            if labels.insert(case.label.clone()) {
                 cases.labels.push(case.label.clone());
             }
-            if !cases.points.contains(&case.swept) {
+            if points.insert(case.swept.clone()) {
                 cases.points.push(case.swept.clone());
             }
             cases.seeds.insert(seed);
@@ -124,18 +125,19 @@ impl Cases {
     /// What rows say was left out, replaced or fell short.
     pub fn notes(&self) -> Vec<RowNote> {
         let mut notes: Vec<RowNote> = Vec::new();
-        for row in &self.rows {
+        let mut places: HashMap<&str, usize> = HashMap::new();
+        let mut seen: HashSet<(usize, String)> = HashSet::new();
+        for row in self.rows.iter().filter(|row| !row.notes.is_empty()) {
             let run = format!("{} {}", self.name_of(row), row.label);
             for text in &row.notes {
-                let known = notes.iter().position(|note| note.text == *text);
-                let index = known.unwrap_or(notes.len());
-                if known.is_none() {
+                let index = *places.entry(text).or_insert_with(|| {
                     notes.push(RowNote {
                         text: text.clone(),
                         runs: Vec::new(),
                     });
-                }
-                if !notes[index].runs.contains(&run) {
+                    notes.len() - 1
+                });
+                if seen.insert((index, run.clone())) {
                     notes[index].runs.push(run.clone());
                 }
             }

@@ -237,6 +237,17 @@ where = "w"
 expect = "EXPECT"
 "#;
 
+    /// What planning says of the config with more text at its end.
+    fn planned_with(more: &str) -> Result<(), String> {
+        let text = CONFIG.replace("EXPECT", "rmse(IM) < 1");
+        let text = text.replace("view = \"VIEW\"", "view = \"poles\"\nlabel = \"again\"");
+        let source = Source {
+            file: "c.toml".into(),
+            text: format!("{text}{more}"),
+        };
+        plan(&source, &[]).map(drop).map_err(|e| e.to_string())
+    }
+
     fn planned(expect: &str, overrides: &[Override]) -> Result<Vec<Job>, String> {
         let description = crate::scene::find_scene("hard-cases").expect("shipped");
         let other = description.views.iter().find(|v| v.name != "poles");
@@ -264,13 +275,7 @@ expect = "EXPECT"
     #[test]
     fn figures_about_frames_need_a_sequence_and_its_columns() {
         let planned = |sequence: &str, figure: &str| {
-            let text = CONFIG.replace("EXPECT", "rmse(IM) < 1");
-            let text = text.replace("view = \"VIEW\"", "view = \"poles\"\nlabel = \"again\"");
-            let source = Source {
-                file: "c.toml".into(),
-                text: format!("{text}{sequence}\n[[figure]]\nname = \"f\"\n{figure}"),
-            };
-            plan(&source, &[]).map_err(|e| e.to_string())
+            planned_with(&format!("{sequence}\n[[figure]]\nname = \"f\"\n{figure}"))
         };
         let sequence = "[sequence]\nframes = 4";
         let figure = "kind = \"timeline\"\ny = [\"rmse\", \"seconds_placement\"]";
@@ -295,13 +300,9 @@ expect = "EXPECT"
     #[test]
     fn figures_are_as_large_as_paper_and_their_text_can_be_read() {
         let planned = |keys: &str| {
-            let text = CONFIG.replace("EXPECT", "rmse(IM) < 1");
-            let text = text.replace("view = \"VIEW\"", "view = \"poles\"\nlabel = \"again\"");
-            let source = Source {
-                file: "c.toml".into(),
-                text: format!("{text}\n[[figure]]\nname = \"f\"\nkind = \"curves\"\n{keys}"),
-            };
-            plan(&source, &[]).map_err(|e| e.to_string())
+            planned_with(&format!(
+                "\n[[figure]]\nname = \"f\"\nkind = \"curves\"\n{keys}"
+            ))
         };
         planned("width_mm = 85\nfont_pt = 8").expect("plans");
         for (keys, why) in [

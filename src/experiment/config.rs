@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::arrays;
 use super::locate::locate;
 use super::scale::Scale;
 use super::sequence::SequenceSpec;
@@ -57,7 +58,7 @@ pub struct Config {
     #[serde(default = "unit_scale")]
     pub scale: Scale,
     /// Image size in pixels before scaling; default: the view's.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "arrays::optional")]
     pub size: Option<[usize; 2]>,
     /// Sub-pixel samples of reference and contenders alike.
     #[serde(default = "one")]
@@ -144,7 +145,7 @@ pub struct SceneChoice {
     /// Replaces the scene's environment; several maps make several scenes.
     #[serde(default)]
     pub environment: Option<OneOrMore>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "arrays::optional")]
     pub size: Option<[usize; 2]>,
     /// Replaces the scene's AO distance, scene units.
     #[serde(default)]
@@ -174,7 +175,7 @@ pub struct SceneTransform {
     /// Degrees about +y.
     #[serde(default)]
     pub rotate_y_deg: f64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "arrays::fixed")]
     pub translate: [f64; 3],
 }
 
@@ -258,7 +259,7 @@ pub struct FigureSpec {
     pub methods: Vec<String>,
     /// Insets of `side-by-side`, as fractions `[x, y, width, height]` of the image. Without any,
     /// they are placed where the methods differ most.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "arrays::each")]
     pub insets: Vec<[f64; 4]>,
     /// `curves`: the row column on the horizontal axis, and those on the vertical axes; `ranking`: only
     /// those, `rmse` and `flip_ldr` by default; `timeline`: `frame` or `time` and columns of `frames.csv`.

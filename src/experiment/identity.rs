@@ -220,21 +220,23 @@ fn contents(path: &Path) -> String {
 type Stamp = (PathBuf, u64, SystemTime);
 
 impl Job {
-    /// Fills in the content ids: of the references from what they show, of the job from what it does.
-    pub(super) fn identify(&mut self, technique: &TechniqueEntry, scene: &SceneDescription) {
-        let (own, _) = self.parameters_by_use(technique);
+    /// Key of all its references together, from what they show: the same for all methods and seeds.
+    pub(super) fn reference_key(&self, scene: &SceneDescription) -> String {
         let references: Vec<String> = self
             .sequence
             .measured()
             .flat_map(|frame| self.references_of(frame, scene).unwrap_or_default())
             .collect();
-        self.reference = match &references[..] {
+        match &references[..] {
             [one] => one.clone(),
             several => hash(&several.join(" ")),
-        };
-        let parts = self
-            .built_technique()
-            .map(|technique| versions(technique.as_ref(), &self.method, &self.method_parameters));
+        }
+    }
+
+    /// Fills in the content id, from what the job does and the key of its references.
+    pub(super) fn identify(&mut self, (entry, built): (&TechniqueEntry, &dyn Technique)) {
+        let (own, _) = self.parameters_by_use(entry);
+        let parts = versions(built, &self.method, &self.method_parameters);
         let mut done = vec![
             json!(self.reference),
             json!(self.method),

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use toml::Value;
 
 use super::config::{Config, ConfigError, Source};
+use super::overrides::Override;
+use super::reference_store::REFERENCES;
 
 /// Most jobs of a plan: as many as lists and pages of them are good for.
 const MOST_JOBS: u64 = 1_000_000;
@@ -28,11 +30,47 @@ pub(super) fn check_count(
     Err(source.error(&["repeats"], message))
 }
 
+/// Refuses swept keys without values, and values that are listed twice.
+pub(super) fn check_axes(
+    source: &Source,
+    axes: &BTreeMap<String, Vec<Value>>,
+    overrides: &[Override],
+) -> Result<(), ConfigError> {
+    for (key, values) in axes {
+        let twice = values
+            .iter()
+            .enumerate()
+            .find(|(place, value)| values[..*place].iter().any(|before| is_same(before, value)));
+        let message = match twice {
+            None if !values.is_empty() => continue,
+            None => format!("`{key}` is swept over no value: list some, or leave it out"),
+            Some((_, value)) => {
+                format!("`{key}` is swept over {value} twice: list each value once")
+            }
+        };
+        return Err(match overrides.iter().find(|o| o.key == *key) {
+            None => source.error(&["sweep", key], message),
+            Some(written) => ConfigError::Override {
+                text: written.to_string(),
+                message,
+            },
+        });
+    }
+    Ok(())
+}
+
+/// Whether two values mean the same: 1 and 1.0 do.
+fn is_same(a: &Value, b: &Value) -> bool {
+    let number = |value: &Value| value.as_float().or(value.as_integer().map(|n| n as f64));
+    a == b || number(a).zip(number(b)).is_some_and(|(a, b)| a == b)
+}
+
 impl Config {
     /// What is checked of a config before its scenes are looked for.
     pub(crate) fn check(source: &Source, config: &Self) -> Result<(), ConfigError> {
         check_numbers(source)?;
         check_names(source, config)?;
+        check_axes(source, &config.sweep, &[])?;
         check_count(source, config, &config.sweep)
     }
 }
@@ -84,31 +122,32 @@ pub(super) fn is_finite(value: &Value) -> bool {
 pub(super) fn check_names(source: &Source, config: &Config) -> Result<(), ConfigError> {
     let tables = config.table.iter().map(|table| ("table", &table.name));
     let figures = config.figure.iter().map(|figure| ("figure", &figure.name));
-    let mut numbers = HashMap::new();
-    let mut names = vec![(vec!["name".to_owned()], &config.name)];
-    for (list, name) in tables.chain(figures) {
-        let number: &mut usize = numbers.entry(list).or_default();
-        names.push((
-            vec![list.to_owned(), number.to_string(), "name".to_owned()],
-            name,
-        ));
-        *number += 1;
-    }
+    check_folder_name(&config.name).map_err(|message| source.error(&["name"], message))?;
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
     let mut taken = HashSet::new();
-    for (place, name) in names {
-        let list = place[0].clone();
-        let sound = match taken.insert((list.clone(), name)) {
+    for (list, name) in tables.chain(figures) {
+        let number = numbers.entry(list).or_default();
+        let sound = match taken.insert((list, name)) {
             true => check_name(name),
             false => Err(format!(
                 "name: {name:?} is that of another {list}, whose files it would replace"
             )),
         };
-        sound.map_err(|message| {
-            let place: Vec<&str> = place.iter().map(String::as_str).collect();
-            source.error(&place, message)
-        })?;
+        sound.map_err(|message| source.error(&[list, &number.to_string(), "name"], message))?;
+        *number += 1;
     }
     Ok(())
+}
+
+/// Whether a name is that of a folder of results, beside which the store of references lies.
+pub(super) fn check_folder_name(name: &str) -> Result<(), String> {
+    check_name(name)?;
+    match name.eq_ignore_ascii_case(REFERENCES) {
+        false => Ok(()),
+        true => Err(format!(
+            "name: {name:?} is the folder of the references of all experiments; choose another name"
+        )),
+    }
 }
 
 /// Whether a name is that of one folder or file, everywhere.
@@ -129,7 +168,6 @@ pub(super) fn check_name(name: &str) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::Override;
 
     #[test]
     fn two_tables_of_one_name_are_refused() {
@@ -147,6 +185,44 @@ mod tests {
             message.contains("c.toml:14:1") && message.contains("another table"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn the_folder_of_references_is_no_experiment() {
+        for name in ["references", "References"] {
+            let message = check_folder_name(name).expect_err(name);
+            assert!(message.contains("choose another name"), "{message}");
+        }
+        check_folder_name("my-references").expect("another folder");
+    }
+
+    #[test]
+    fn sweeps_have_values_and_none_twice() {
+        let check = |sweep: &str| {
+            let text = format!("a = 1\n[sweep]\n{sweep}");
+            let table: toml::Table = text.parse().expect("toml");
+            let axes = table["sweep"].clone().try_into().expect("a sweep");
+            let source = Source {
+                file: "c.toml".into(),
+                text,
+            };
+            check_axes(&source, &axes, &[]).map_err(|error| error.to_string())
+        };
+        check("caches = [1, 2]\nspp = [1]").expect("sound");
+        let error = check("caches = []").expect_err("empty");
+        assert!(
+            error.starts_with("c.toml:3:") && error.contains("no value"),
+            "{error}"
+        );
+        for twice in ["[1, 2, 1]", "[1, 1.0]", "[\"a\", \"a\"]"] {
+            let error = check(&format!("caches = {twice}")).expect_err(twice);
+            assert!(error.contains("twice"), "{error}");
+        }
+        let twice = Override::parse("spp=1,1").expect("reads");
+        let axes = BTreeMap::from([(twice.key.clone(), twice.values.clone())]);
+        let error = check_axes(&Source::default(), &axes, &[twice]).expect_err("an override");
+        let error = error.to_string();
+        assert!(error.starts_with("override `spp=1,1`: "), "{error}");
     }
 
     #[test]

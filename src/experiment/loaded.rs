@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Job, RunError};
+use super::{Job, RunError, darkness};
 use crate::scene::{Needs, Scene, SceneDescription, View, find_environment, find_scene};
 use crate::technique::{Film, Shot, Technique, TechniqueEntry};
 use crate::world::World;
@@ -20,12 +20,13 @@ impl Loaded {
     /// Reads the scene of a job and builds its trees.
     ///
     /// # Errors
-    /// Scenes, maps and files that are absent or damaged.
+    /// Scenes, maps and files that are absent or damaged; no light, where the technique shows nothing else.
     pub fn new(job: &Job, technique: &dyn Technique) -> Result<Self, RunError> {
         let needs = technique.needs();
         let declared = describe(job, needs)?;
         let moved = moved(job, &declared);
         let scene = Scene::build(&moved, needs)?;
+        darkness::refuse_loaded(needs, &scene).map_err(RunError::Unfit)?;
         Ok(Self {
             world: World::declared(scene, &moved),
             declared,

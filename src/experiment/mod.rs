@@ -1,5 +1,6 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
+mod arrays;
 mod budget;
 mod case;
 mod cases;
@@ -10,6 +11,7 @@ mod columns;
 mod config;
 #[cfg(test)]
 mod config_page;
+mod darkness;
 mod equal_time;
 mod expression;
 mod foresee;
@@ -28,6 +30,7 @@ mod play;
 mod progress;
 mod provenance;
 mod reference;
+mod reference_store;
 mod remaining;
 mod row;
 mod run;
@@ -58,7 +61,8 @@ pub use loaded::{Loaded, build_technique};
 pub use overrides::Override;
 pub use plan::{Job, Plan, plan};
 pub use provenance::{Provenance, kernel, machine, program};
-pub use reference::{Reference, ReferenceStore};
+pub use reference::Reference;
+pub use reference_store::{ReferenceStore, Stored};
 pub use row::{Row, to_csv};
 pub use run::{Outcome, RunError, RunOptions, run};
 pub use scale::Scale;

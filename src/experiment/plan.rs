@@ -9,6 +9,7 @@ use toml::{Table, Value};
 use super::EXACT;
 use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
+use super::darkness;
 use super::limits;
 use super::overrides::Override;
 use super::scene_key;
@@ -176,6 +177,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         axes.remove(key);
     }
     limits::check_names(source, &base)?;
+    limits::check_axes(source, &axes, overrides)?;
     limits::check_count(source, &base, &axes)?;
     let mut plan = Plan {
         name: base.name.clone(),
@@ -208,9 +210,12 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     plan.notes.sort();
     plan.notes.dedup();
     // All jobs of a scene together, so that it is loaded once; otherwise in the order written.
-    let order: Vec<String> = plan.jobs.iter().map(|j| j.scene.clone()).collect();
-    plan.jobs
-        .sort_by_key(|job| order.iter().position(|s| *s == job.scene));
+    let mut order: HashMap<String, usize> = HashMap::new();
+    for job in &plan.jobs {
+        let next = order.len();
+        order.entry(job.scene.clone()).or_insert(next);
+    }
+    plan.jobs.sort_by_key(|job| order[&job.scene]);
     // A swept key that a method does not have gives the same job again.
     let mut seen = HashSet::new();
     plan.jobs.retain(|job| seen.insert(job.place()));
@@ -373,6 +378,8 @@ impl Planner<'_> {
         description
             .require_files(technique.needs(), choice.incomplete)
             .map_err(|error| scene.error("name", error.to_string()))?;
+        darkness::refuse_declared(technique.needs(), description, &sequence)
+            .map_err(|message| scene.error("name", message))?;
         if let Some(transform) = &choice.transform {
             transform
                 .check()
@@ -382,6 +389,7 @@ impl Planner<'_> {
             return Ok(());
         }
         let key = scene_key(description);
+        let mut references: Option<String> = None;
         for (method, label, parameters) in methods {
             for repeat in 0..config.repeats {
                 let mut job = Job {
@@ -414,7 +422,9 @@ impl Planner<'_> {
                     reference: String::new(),
                     allow_non_finite: config.allow_non_finite,
                 };
-                job.identify(entry, description);
+                let references = references.get_or_insert_with(|| job.reference_key(description));
+                job.reference.clone_from(references);
+                job.identify((entry, technique.as_ref()));
                 plan.jobs.push(job);
             }
         }

@@ -8,6 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 
 use super::{Plan, Store};
+use crate::standard_error::tell;
 use crate::trace::{Kernel, hidden_instructions};
 
 const FILE: &str = "provenance.json";
@@ -77,10 +78,21 @@ struct Entry {
 }
 
 impl Provenance {
-    /// That of a folder; empty where there is none that can be read.
+    /// That of a folder; empty where there is none, and, with a line on standard error, where it is damaged.
     pub fn of(store: &Store) -> Self {
-        let text = std::fs::read_to_string(store.folder.join(FILE)).unwrap_or_default();
-        serde_json::from_str(&text).unwrap_or_default()
+        let file = store.folder.join(FILE);
+        let read = match std::fs::read_to_string(&file) {
+            Ok(text) => serde_json::from_str(&text).map_err(|error| error.to_string()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(error) => Err(error.to_string()),
+        };
+        read.unwrap_or_else(|error| {
+            tell!(
+                "warning: {} is damaged ({error}): which programs worked on this folder before is lost",
+                file.display()
+            );
+            Self::default()
+        })
     }
 
     /// Enters this program on this machine with a plan.

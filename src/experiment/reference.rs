@@ -1,19 +1,14 @@
-//! The reference store: images by content key, extended pass by pass.
+//! A reference image, and the file that it is stored in.
 
-use std::io;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::Path;
 
-use super::lock::Lock;
+use serde_json::Value;
+
 use crate::image::{Attributes, Image, ImageError, Layer, Samples, read_layers, write_exr};
-use crate::technique::{Shot, Technique, reference_pass};
-use crate::trace::RayCounter;
+use crate::technique::Shot;
 
-/// A folder of references.
-#[derive(Clone, Debug)]
-pub struct ReferenceStore {
-    pub folder: PathBuf,
-}
+/// The attribute with the checksum of everything else that is read of a file.
+const CHECKSUM: &str = "blake3";
 
 /// A reference image: mean over passes, and the variance of that mean.
 #[derive(Clone, Debug)]
@@ -33,7 +28,8 @@ pub struct Reference {
 }
 
 impl Reference {
-    fn empty(shot: &Shot, wanted: u32, random: bool) -> Self {
+    /// One without passes.
+    pub(super) fn empty(shot: &Shot, wanted: u32, random: bool) -> Self {
         Self {
             mean: Image::new(shot.width, shot.height),
             deviations: Image::new(shot.width, shot.height),
@@ -48,7 +44,7 @@ impl Reference {
 
     /// Welford's update, in f32 from the stored values, so that an interrupted reference continues
     /// to the same bits.
-    fn add(&mut self, pass: &Image) {
+    pub(super) fn add(&mut self, pass: &Image) {
         self.samples += 1;
         let weight = 1.0 / self.samples as f32;
         for ((mean, deviation), value) in self
@@ -84,7 +80,8 @@ impl Reference {
         (self.samples > 1 && values > 0.0).then(|| (sum / (values * n * (n - 1.0))).sqrt())
     }
 
-    fn write(&self, path: &Path) -> Result<(), ImageError> {
+    /// Stores it with the checksum of what it says.
+    pub(super) fn write(&self, path: &Path) -> Result<(), ImageError> {
         let mut attributes = Attributes::new();
         attributes.insert("samples".into(), self.samples.into());
         attributes.insert("wanted".into(), self.wanted.into());
@@ -92,6 +89,7 @@ impl Reference {
         attributes.insert("non_finite".into(), self.non_finite.into());
         attributes.insert("seconds".into(), self.seconds.into());
         attributes.insert("rays".into(), self.rays.into());
+        attributes.insert(CHECKSUM.into(), self.checksum().into());
         let layers = [
             Layer::color("mean", self.mean.clone()),
             Layer::color("deviations", self.deviations.clone()),
@@ -99,145 +97,148 @@ impl Reference {
         write_exr(path, &layers, &attributes)
     }
 
-    /// Reads a stored reference.
+    /// Hash of the values that a file gives, whatever its bytes are. Seconds count as f32, because decimal digits may give
+    /// back the last bit of an f64 differently.
+    fn checksum(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for image in [&self.mean, &self.deviations] {
+            for side in [image.width, image.height] {
+                hasher.update(&(side as u64).to_le_bytes());
+            }
+            for row in image.pixels.chunks(image.width.max(1)) {
+                let values = row.iter().flatten();
+                let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+                hasher.update(&bytes);
+            }
+        }
+        for count in [self.samples, self.wanted, u32::from(self.random)] {
+            hasher.update(&count.to_le_bytes());
+        }
+        for count in [self.non_finite, self.rays] {
+            hasher.update(&count.to_le_bytes());
+        }
+        hasher.update(&(self.seconds as f32).to_le_bytes());
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// Reads a stored reference and compares it with its checksum. Files of versions that wrote none are verified as far
+    /// as they tell: the format, both layers, all attributes.
+    ///
+    /// # Errors
+    /// [`ImageError::Io`] where the file cannot be read; anything else says that it is damaged.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let file = read_layers(path)?;
+        let damaged = |reason: String| ImageError::Decode {
+            path: path.to_owned(),
+            format: "reference",
+            reason,
+        };
         let layer = |name: &str| match file.layer(name).map(|l| &l.samples) {
             Some(Samples::Color(image)) => Ok(image.clone()),
-            _ => Err(ImageError::Decode {
-                path: path.to_owned(),
-                format: "reference",
-                reason: format!("no layer `{name}`; delete the file to render it again"),
-            }),
+            _ => Err(damaged(format!("it has no layer `{name}`"))),
         };
-        let number = |key: &str| {
-            file.attributes
-                .get(key)
-                .and_then(serde_json::Value::as_f64)
-                .unwrap_or(0.0)
+        let attribute = |key: &str| {
+            let missing = || damaged(format!("it does not say its `{key}`"));
+            file.attributes.get(key).ok_or_else(missing)
         };
-        Ok(Self {
+        let unfit = |key: &str| damaged(format!("its `{key}` is not what passes give"));
+        let whole = |key: &str| attribute(key)?.as_u64().ok_or_else(|| unfit(key));
+        let count = |key: &str| u32::try_from(whole(key)?).map_err(|_| unfit(key));
+        let reference = Self {
             // The first layer of a file is its picture, without a name.
             mean: layer("")?,
             deviations: layer("deviations")?,
-            samples: number("samples") as u32,
-            wanted: number("wanted") as u32,
-            random: file
-                .attributes
-                .get("random")
-                .and_then(serde_json::Value::as_bool)
-                .unwrap_or(true),
-            non_finite: number("non_finite") as u64,
-            seconds: number("seconds"),
-            rays: number("rays") as u64,
-        })
+            samples: count("samples")?,
+            wanted: count("wanted")?,
+            random: attribute("random")?
+                .as_bool()
+                .ok_or_else(|| unfit("random"))?,
+            non_finite: whole("non_finite")?,
+            seconds: attribute("seconds")?
+                .as_f64()
+                .ok_or_else(|| unfit("seconds"))?,
+            rays: whole("rays")?,
+        };
+        if reference.samples == 0 {
+            return Err(unfit("samples"));
+        }
+        match file.attributes.get(CHECKSUM).map(Value::as_str) {
+            None => Ok(reference),
+            Some(stored) if stored == Some(reference.checksum().as_str()) => Ok(reference),
+            Some(_) => Err(damaged("its values are not those of its checksum".into())),
+        }
     }
 }
 
-impl ReferenceStore {
-    /// `results/references` for `results/<name>`.
-    pub fn beside(folder: &Path) -> Self {
-        let parent = folder.parent().unwrap_or(Path::new("results"));
-        Self {
-            folder: parent.join("references"),
-        }
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-    /// The mean of a stored reference; `None` where there is none.
-    pub fn mean(&self, key: &str) -> Option<Image> {
-        Some(Reference::read(&self.path(key)).ok()?.mean)
-    }
-
-    pub fn path(&self, key: &str) -> PathBuf {
-        self.folder.join(format!("{key}.exr"))
-    }
-
-    /// The complete reference of a shot: read, or rendered and stored. Unfinished ones are taken up
-    /// where they were left; they are stored at most every half minute. Of several programs that want the same
-    /// reference one renders it and the others wait.
-    pub fn obtain(
-        &self,
-        key: &str,
-        (technique, shot): (&dyn Technique, &Shot),
-        progress: &dyn Fn(u32, u32),
-    ) -> Result<Reference, ImageError> {
-        let path = self.path(key);
-        let wanted = technique.reference_samples(shot.spp);
-        if let Some(known) = self.complete(&path, wanted)? {
-            return Ok(known);
-        }
-        let lock = Lock::of(&path).map_err(|source| ImageError::Io {
-            path: path.clone(),
-            source,
-        })?;
-        // Another program may have completed it in the meantime.
-        if let Some(known) = self.complete(&path, wanted)? {
-            return Ok(known);
-        }
-        let mut reference = match path.exists() {
-            true => Reference::read(&path)?,
-            false => Reference::empty(shot, wanted, technique.reference_is_random()),
+    fn reference() -> Reference {
+        let mut reference = Reference {
+            mean: Image::new(7, 5),
+            deviations: Image::new(7, 5),
+            samples: 0,
+            wanted: 4,
+            random: true,
+            non_finite: 3,
+            seconds: 0.1 + 0.2,
+            rays: u64::MAX - 1,
         };
-        self.extend(&mut reference, (&path, wanted), (technique, shot), progress)?;
-        lock.remove();
-        Ok(reference)
-    }
-
-    /// A stored reference that has all its passes.
-    fn complete(&self, path: &Path, wanted: u32) -> Result<Option<Reference>, ImageError> {
-        if !path.exists() {
-            return Ok(None);
+        for pass in 0..4u32 {
+            let pixels =
+                (0..35u32).map(|i| [0, 1, 2].map(|c| ((i * 7 + c + pass * 31) % 97) as f32));
+            reference.add(&Image {
+                width: 7,
+                height: 5,
+                pixels: pixels.collect(),
+            });
         }
-        let reference = Reference::read(path)?;
-        Ok((reference.samples >= wanted).then_some(reference))
+        reference
     }
 
-    /// Adds passes until the reference has `wanted` of them.
-    pub fn extend(
-        &self,
-        reference: &mut Reference,
-        (path, wanted): (&Path, u32),
-        (technique, shot): (&dyn Technique, &Shot),
-        progress: &dyn Fn(u32, u32),
-    ) -> Result<(), ImageError> {
-        reference.wanted = wanted;
-        let mut stored = Instant::now();
-        let function = technique.shading_function(shot);
-        while reference.samples < wanted {
-            progress(reference.samples, wanted);
-            let start = Instant::now();
-            let counter = RayCounter::default();
-            let (pass, non_finite) =
-                reference_pass(function.as_ref(), shot, reference.samples, &counter);
-            reference.add(&pass);
-            reference.non_finite += non_finite;
-            reference.seconds += start.elapsed().as_secs_f64();
-            reference.rays += counter.read().closest + counter.read().shadow;
-            if reference.samples == wanted || stored.elapsed() > Duration::from_secs(30) {
-                reference.write(path)?;
-                stored = Instant::now();
+    #[test]
+    fn a_flipped_bit_is_found_or_changes_nothing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr");
+        let written = reference();
+        written.write(&path).expect("writable");
+        let sound = std::fs::read(&path).expect("readable");
+        let same = |read: &Reference| read.checksum() == written.checksum();
+        assert!(same(&Reference::read(&path).expect("sound")));
+        let mut found = 0;
+        let bits = 8 * sound.len();
+        for bit in (0..bits).step_by(13) {
+            let mut bytes = sound.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            std::fs::write(&path, bytes).expect("writable");
+            match Reference::read(&path) {
+                Ok(read) => assert!(same(&read), "bit {bit} of {bits}"),
+                Err(ImageError::Io { .. }) => panic!("bit {bit} is no error of the system"),
+                Err(_) => found += 1,
             }
         }
-        progress(reference.samples, wanted);
-        Ok(())
+        assert!(found > bits / 13 / 2, "{found} of {}", bits / 13);
     }
 
-    /// Every stored reference, by key.
-    pub fn list(&self) -> io::Result<Vec<(String, PathBuf)>> {
-        let mut found = Vec::new();
-        if !self.folder.is_dir() {
-            return Ok(found);
-        }
-        let at = crate::files::at(&self.folder);
-        for entry in std::fs::read_dir(&self.folder).map_err(at)? {
-            let path = entry.map_err(at)?.path();
-            if path.extension().is_some_and(|e| e == "exr")
-                && let Some(key) = path.file_stem()
-            {
-                found.push((key.to_string_lossy().into_owned(), path.clone()));
-            }
-        }
-        found.sort();
-        Ok(found)
+    #[test]
+    fn files_without_a_checksum_are_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr");
+        let written = reference();
+        written.write(&path).expect("writable");
+        let file = read_layers(&path).expect("sound");
+        let layers = [
+            Layer::color("mean", written.mean.clone()),
+            Layer::color("deviations", written.deviations.clone()),
+        ];
+        let mut attributes = file.attributes;
+        attributes.remove(CHECKSUM).expect("a checksum");
+        write_exr(&path, &layers, &attributes).expect("writable");
+        assert_eq!(Reference::read(&path).expect("sound").mean, written.mean);
+        attributes.remove("samples");
+        write_exr(&path, &layers, &attributes).expect("writable");
+        let error = Reference::read(&path).expect_err("no samples").to_string();
+        assert!(error.contains("does not say its `samples`"), "{error}");
     }
 }

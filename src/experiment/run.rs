@@ -9,7 +9,7 @@ use super::loaded::{Loaded, build_technique};
 use super::panics::with_panics_as_errors;
 use super::play::Player;
 use super::provenance::{self, Provenance};
-use super::reference::ReferenceStore;
+use super::reference_store::ReferenceStore;
 use super::sequence::{FrameRecord, frames_csv};
 use super::truths::Truths;
 use super::{Config, Job, Plan, Row, Store, progress::Progress};
@@ -51,6 +51,9 @@ pub enum RunError {
     Image(#[from] crate::image::ImageError),
     #[error("{0}")]
     Technique(String),
+    /// A scene that has not what a technique is about.
+    #[error("{0}")]
+    Unfit(String),
 }
 
 /// Runs the jobs of a plan that are not there yet. Jobs of the same configs that the folder has from

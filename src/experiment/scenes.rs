@@ -166,11 +166,13 @@ fn find_or_replace(
     Ok((other, description))
 }
 
-/// A path in a config is relative to the config, if it leads to something from there.
+/// A path in a config is relative to the config, if it leads to something from there. A name without a separator is a path
+/// if it is that of a file with an ending; others are names of scenes and maps.
 fn beside(source: &Source, name: &str) -> String {
     let folder = source.file.parent().unwrap_or(Path::new(""));
     let path = folder.join(name);
-    match name.contains(['/', '\\']) && path.exists() {
+    let is_file = || path.extension().is_some() && path.is_file();
+    match name.contains(['/', '\\']) && path.exists() || is_file() {
         true => path.display().to_string(),
         false => name.to_owned(),
     }
@@ -254,5 +256,27 @@ impl FoundScene<'_> {
             Some(_) => self.error("size", message),
             None => self.source.error(&["size"], message),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_beside_the_config_are_found_with_and_without_a_separator() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("own.toml"), "").expect("writable");
+        std::fs::create_dir(folder.path().join("stairs")).expect("writable");
+        let source = Source {
+            file: folder.path().join("c.toml"),
+            text: String::new(),
+        };
+        let own = folder.path().join("own.toml").display().to_string();
+        assert_eq!(beside(&source, "own.toml"), own);
+        assert!(beside(&source, "./own.toml").ends_with("own.toml"));
+        // A shipped scene, whatever folder lies there; and a file that is looked for elsewhere.
+        assert_eq!(beside(&source, "stairs"), "stairs");
+        assert_eq!(beside(&source, "other.toml"), "other.toml");
     }
 }

@@ -6,8 +6,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::lock::OwnFolder;
-use super::{Config, Job, Plan, Row};
+use super::{Config, Job, Plan, ReferenceStore, Row};
 use crate::files::at;
 
 /// `results/<name>/`.
@@ -22,8 +24,15 @@ impl Store {
     /// Opens or creates the folder for writing and removes what interrupted runs left unfinished.
     ///
     /// # Errors
-    /// The folder cannot be made, or another program writes into it.
+    /// The folder cannot be made, is that of the references, or another program writes into it.
     pub fn create(folder: &Path) -> io::Result<Self> {
+        if ReferenceStore::beside(folder).folder == folder {
+            let message = format!(
+                "{} is the folder of the references of all experiments beside it; choose another one with --out",
+                folder.display()
+            );
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
         let jobs = folder.join("jobs");
         fs::create_dir_all(&jobs).map_err(at(&jobs))?;
         let own = OwnFolder::take(folder)?;
@@ -126,15 +135,7 @@ impl Store {
 
     /// Copies a job of another folder into its place here.
     pub fn adopt(&self, other: &Store, id: &str) -> io::Result<()> {
-        self.put(id, |unfinished| {
-            let theirs = other.job_folder(id);
-            for entry in fs::read_dir(&theirs).map_err(at(&theirs))? {
-                let entry = entry.map_err(at(&theirs))?;
-                let file = entry.path();
-                fs::copy(&file, unfinished.join(entry.file_name())).map_err(at(&file))?;
-            }
-            Ok(())
-        })
+        self.put(id, |unfinished| copy_all(&other.job_folder(id), unfinished))
     }
 
     /// Puts a job in its place once `fill` has completed its folder.
@@ -172,19 +173,36 @@ impl Store {
     }
 
     /// The frozen plan.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is damaged, with what to do.
     pub fn plan(&self) -> io::Result<Plan> {
         self.read("plan.json")
     }
 
     /// The config that was run, overrides included.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is damaged, with what to do.
     pub fn config(&self) -> io::Result<Config> {
         self.read("config.json")
+    }
+
+    /// The same as text, as it is in its file.
+    ///
+    /// # Errors
+    /// As [`Store::config`].
+    pub fn config_text(&self) -> io::Result<String> {
+        let file = self.folder.join("config.json");
+        let text = fs::read_to_string(&file).map_err(at(&file))?;
+        parsed::<Config>(&file, &text)?;
+        Ok(text)
     }
 
     fn read<T: serde::de::DeserializeOwned>(&self, name: &str) -> io::Result<T> {
         let file = self.folder.join(name);
         let text = fs::read_to_string(&file).map_err(at(&file))?;
-        serde_json::from_str(&text).map_err(|error| at(&file)(error.into()))
+        parsed(&file, &text)
     }
 
     /// Writes a file of the folder, whole or not at all.
@@ -195,14 +213,12 @@ impl Store {
     /// The rows of the plan's finished jobs, in the plan's order; a job that several labels share is
     /// repeated under each.
     pub fn rows(&self, plan: &Plan) -> Vec<Row> {
-        plan.jobs
-            .iter()
-            .filter_map(|job| {
-                let mut row = self.row(&job.id)?;
-                row.describe(job, &plan.name);
-                Some(row)
-            })
-            .collect()
+        let row = |job: &Job| {
+            let mut row = self.row(&job.id)?;
+            row.describe(job, &plan.name);
+            Some(row)
+        };
+        plan.jobs.par_iter().filter_map(row).collect()
     }
 
     /// Rewrites `rows.jsonl` and `rows.csv` from the finished jobs.
@@ -214,5 +230,61 @@ impl Store {
         }
         self.write("rows.jsonl", &lines)?;
         self.write("rows.csv", &super::row::to_csv(rows)?)
+    }
+}
+
+/// What a file of a results folder says.
+fn parsed<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> io::Result<T> {
+    serde_json::from_str(text).map_err(|error| {
+        let message = format!(
+            "{}: damaged, or of another version ({error}); run the config again into this folder, which writes it anew \
+             and keeps finished jobs",
+            file.display()
+        );
+        io::Error::new(io::ErrorKind::InvalidData, message)
+    })
+}
+
+/// Copies what a folder holds, the folders in it included, into another one.
+fn copy_all(from: &Path, to: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(from).map_err(at(from))? {
+        let entry = entry.map_err(at(from))?;
+        let (theirs, ours) = (entry.path(), to.join(entry.file_name()));
+        if entry.file_type().map_err(at(&theirs))?.is_dir() {
+            fs::create_dir(&ours).map_err(at(&ours))?;
+            copy_all(&theirs, &ours)?;
+        } else {
+            fs::copy(&theirs, &ours).map_err(at(&theirs))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_is_adopted_with_the_folders_in_it() {
+        let place = tempfile::tempdir().expect("a folder");
+        let there = Store::create(&place.path().join("a")).expect("a store");
+        let frames = there.job_folder("x").join("frames");
+        fs::create_dir_all(&frames).expect("writable");
+        fs::write(frames.join("000001-0.png"), "frame").expect("writable");
+        fs::write(there.job_folder("x").join("row.json"), "row").expect("writable");
+        let here = Store::create(&place.path().join("b")).expect("a store");
+        here.adopt(&there, "x").expect("adopts");
+        let read = |name: &str| fs::read_to_string(here.job_folder("x").join(name)).ok();
+        assert_eq!(read("frames/000001-0.png").as_deref(), Some("frame"));
+        assert_eq!(read("row.json").as_deref(), Some("row"));
+    }
+
+    #[test]
+    fn the_folder_of_references_is_no_results_folder() {
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = place.path().join("references");
+        let error = Store::create(&folder).expect_err("refused").to_string();
+        assert!(error.contains("--out"), "{error}");
+        assert!(!folder.exists());
     }
 }

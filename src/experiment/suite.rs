@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::config::{ConfigError, Source};
-use super::limits::check_name;
+use super::limits::check_folder_name;
 use super::overrides::Override;
 
 /// A suite file.
@@ -46,7 +46,7 @@ impl Suite {
             return Ok(None);
         }
         let suite: Self = source.parse()?;
-        check_name(&suite.name).map_err(|message| source.error(&["name"], message))?;
+        check_folder_name(&suite.name).map_err(|message| source.error(&["name"], message))?;
         Ok(Some(suite))
     }
 

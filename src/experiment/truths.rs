@@ -6,7 +6,8 @@ use std::rc::Rc;
 
 use super::Job;
 use super::progress::Progress;
-use super::reference::{Reference, ReferenceStore};
+use super::reference::Reference;
+use super::reference_store::ReferenceStore;
 use crate::image::Image;
 use crate::scene::SceneDescription;
 use crate::technique::{Shot, Technique};

@@ -5,6 +5,7 @@ use super::data::{Data, SceneOf};
 use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts};
 use super::frame_table::FrameTable;
+use super::name::Name;
 use super::pictures::Pictures;
 use super::sheet::Sheet;
 use super::shots::{frame_file, reference_key, values};
@@ -147,9 +148,9 @@ impl Films {
         }
         for (index, row) in self.rows.iter().enumerate() {
             let y = top + index * pitch.1;
-            let (label, fitted) = fonts.fitted(&row.label, ink, room);
             let at = (MARGIN as f32, (y + cell.1 / 2) as f32 + 0.35 * fonts.em);
-            canvas.text(fonts, (&label, fitted), at, Align::Left);
+            let label = Name::new(fonts, &row.label, (ink, room));
+            label.draw_around(&mut canvas, fonts, at, Align::Left);
             for (column, (image, text)) in row.cells.iter().enumerate() {
                 let corner = (left + column * pitch.0, y);
                 match image {

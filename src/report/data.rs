@@ -6,15 +6,15 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::estimate::Estimate;
+use super::references::References;
 use crate::experiment::{
-    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, ReferenceStore, Row, Sequence,
-    Store, Swept,
+    Case, Cases, Config, EVERY_SCENE, Job, NamedPlace, Place, Plan, Row, Sequence, Store, Swept,
 };
 
 /// Everything a report is made of, but the images.
 pub struct Data {
     pub store: Store,
-    pub references: ReferenceStore,
+    pub references: References,
     pub plan: Plan,
     pub config: Config,
     pub cases: Cases,
@@ -70,14 +70,8 @@ impl Data {
     /// Reads a results folder.
     pub fn read(folder: &Path) -> io::Result<Self> {
         let store = Store::open(folder)?;
-        let named = |name: &str, error: io::Error| {
-            io::Error::new(
-                error.kind(),
-                format!("{}: {error}", folder.join(name).display()),
-            )
-        };
-        let plan = store.plan().map_err(|e| named("plan.json", e))?;
-        let config = store.config().map_err(|e| named("config.json", e))?;
+        let plan = store.plan()?;
+        let config = store.config()?;
         let cases = Cases::new(&plan.jobs, store.rows(&plan));
         let provenance = std::fs::read_to_string(folder.join("provenance.json"))
             .ok()
@@ -85,7 +79,7 @@ impl Data {
             .unwrap_or(Value::Null);
         Ok(Self {
             store,
-            references: ReferenceStore::beside(folder),
+            references: References::of(folder),
             config,
             scenes: cases.places.iter().map(SceneOf::of).collect(),
             cases,

@@ -150,6 +150,7 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
         }
     }
     drawn.figures.sort_by_key(|f| f.spec);
+    drawn.notes.extend(data.references.notes());
     drawn.notes.sort();
     drawn.notes.dedup();
     Ok(drawn)

@@ -3,6 +3,7 @@
 use super::canvas::{color_bar, disc, fitted_size, painted, shown};
 use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts};
+use super::name::{self, Name};
 use super::number;
 use super::pictures::Pictures;
 use super::sheet::Sheet;
@@ -166,7 +167,9 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], head: Head) -> Sheet {
     let columns = panels.len().clamp(1, head.columns.unwrap_or(across));
     let lines = panels.len().div_ceil(columns);
     let width = (2 * MARGIN + columns * (cell + GAP) - GAP).max(fonts.room(20.0));
-    let head_height = fonts.room(HEAD);
+    let labels = panels.iter().map(|(label, _)| label.as_str());
+    let names = (fonts.ink(1.0), cell as f32);
+    let head_height = fonts.room(HEAD) + name::room_above(fonts, labels, names);
     let room = (width - 2 * MARGIN) as f32;
     let title = Title::new(fonts, head.title, room);
     let top = MARGIN + title.height(fonts);
@@ -177,9 +180,8 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], head: Head) -> Sheet {
     for (index, (label, panel)) in panels.iter().enumerate() {
         let left = MARGIN + (index % columns) * (cell + GAP);
         let y = top + (index / columns) * pitch + head_height;
-        let (label, ink) = fonts.fitted(label, fonts.ink(1.0), cell as f32);
         let at = (left as f32, y as f32 - 0.45 * fonts.em);
-        canvas.text(fonts, (&label, ink), at, Align::Left);
+        Name::new(fonts, label, names).draw(&mut canvas, fonts, at, Align::Left);
         canvas.put(panel, (left, y));
     }
     canvas

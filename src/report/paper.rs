@@ -146,19 +146,11 @@ fn clashes(tree: &Tree, sheet: &Sheet) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::image::Image;
-    use crate::report::canvas::Rect;
     use crate::report::font::Align;
+    use crate::report::sheet::with_square;
 
     fn drawn(texts: &[(&str, f32, f32)]) -> (Tree, Sheet, Fonts) {
-        let fonts = Fonts::load().expect("embedded").at(20.0);
-        let mut sheet = Sheet::new(200, 60);
-        let rect = Rect {
-            x: 10,
-            y: 10,
-            width: 20,
-            height: 20,
-        };
-        sheet.fill(rect, [1.0, 0.0, 0.0]);
+        let (mut sheet, _, fonts) = with_square();
         let picture = |share| Image::new(8, 4).map(|_| [0.0, share, 1.0]);
         sheet.put(&picture(0.0), (100, 20));
         for index in 1_u8..5 {

@@ -96,14 +96,16 @@ fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
             .and_then(serde_json::Value::as_f64)
             .unwrap_or(0.0) as f32,
     };
+    // Of folders in which each job has its own copy the store is not asked.
     let key = file.attributes.get("reference");
-    if let Some(key) = key.and_then(serde_json::Value::as_str) {
+    if let Some(key) = key.and_then(serde_json::Value::as_str)
+        && file.layer("reference").is_none()
+    {
         pictures.reference = data.references.mean(key);
     }
     for layer in file.layers {
         match (layer.name.as_str(), layer.samples) {
             ("", Samples::Color(image)) => pictures.beauty = image,
-            // Of folders in which each job has its own copy.
             ("reference", Samples::Color(image)) => pictures.reference = Some(image),
             ("records", Samples::Gray(plane)) => pictures.records = Some(plane),
             ("flip", Samples::Gray(plane)) => pictures.flip = Some(plane),

@@ -219,22 +219,29 @@ fn listed(points: &[(f32, f32)]) -> String {
     points.iter().map(point).collect::<Vec<_>>().join(" ")
 }
 
+/// A red square on a small sheet, for tests of what is drawn.
+#[cfg(test)]
+pub(super) fn with_square() -> (Sheet, Rect, Fonts) {
+    let fonts = Fonts::load().expect("embedded").at(20.0);
+    let mut sheet = Sheet::new(200, 60);
+    let square = Rect {
+        x: 10,
+        y: 10,
+        width: 20,
+        height: 20,
+    };
+    sheet.fill(square, [1.0, 0.0, 0.0]);
+    (sheet, square, fonts)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_drawing_is_xml_with_real_text() {
-        let fonts = Fonts::load().expect("embedded").at(20.0);
-        let mut sheet = Sheet::new(200, 60);
-        let rect = Rect {
-            x: 10,
-            y: 10,
-            width: 20,
-            height: 20,
-        };
-        sheet.fill(rect, [1.0, 0.0, 0.0]);
-        sheet.frame(rect, 40, [0.0; 3]);
+        let (mut sheet, square, fonts) = with_square();
+        sheet.frame(square, 40, [0.0; 3]);
         sheet.put(&Image::new(8, 4), (100, 20));
         sheet.line(
             &[(1.0, 2.0), (3.333, 4.0)],

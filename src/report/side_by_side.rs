@@ -5,6 +5,7 @@ use super::canvas::{Rect, color_bar, fitted_size, painted, shown};
 use super::estimate::{Estimate, Standing, standings};
 use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts};
+use super::name::{self, Name};
 use super::number::{self, Style};
 use super::pictures::Pictures;
 use super::sheet::{Sheet, Stroke};
@@ -111,7 +112,10 @@ pub fn draw(
     let across = columns.min(head.columns.unwrap_or(columns));
     let mut layout = Layout::new(size, windows.len(), across);
     let title = Title::new(fonts, head.title, (layout.width() - 2 * MARGIN) as f32);
-    layout.texts = (fonts.room(HEAD), fonts.room(2.0 * VALUE + 0.4));
+    let labels = methods.iter().map(|(label, _)| *label);
+    let names = (fonts.ink(NAME).bold(), CELL as f32);
+    let head_height = fonts.room(HEAD) + name::room_above(fonts, labels, names);
+    layout.texts = (head_height, fonts.room(2.0 * VALUE + 0.4));
     layout.top = MARGIN + title.height(fonts) + layout.texts.0;
     let mut canvas = Sheet::new(layout.width(), layout.height(columns));
     title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
@@ -120,7 +124,7 @@ pub fn draw(
     let values = Values::new(methods);
     for (index, (label, pictures)) in methods.iter().enumerate() {
         let (left, layout) = layout.column(index);
-        name(&mut canvas, fonts, label, (left, layout.top));
+        draw_name(&mut canvas, fonts, label, (left, layout.top));
         let image = pictures.map(|p| (&p.beauty, p.exposure));
         draw_insets(&mut canvas, image, (&layout, &windows), left);
         let flip = pictures.and_then(|p| p.flip.as_ref());
@@ -129,7 +133,7 @@ pub fn draw(
         values.draw(&mut canvas, fonts, index, (left, top));
     }
     let (left, layout) = layout.column(methods.len());
-    name(&mut canvas, fonts, "reference", (left, layout.top));
+    draw_name(&mut canvas, fonts, "reference", (left, layout.top));
     let reference = reference.map(|r| (r, main.exposure));
     draw_insets(&mut canvas, reference, (&layout, &windows), left);
     draw_scale(&mut canvas, fonts, (left, layout.flip_top()));
@@ -196,9 +200,9 @@ fn draw_main(
     (layout, windows): (&Layout, &[Rect]),
 ) {
     let width = (layout.left - MARGIN - 2 * GAP) as f32;
-    let (label, ink) = fonts.fitted(&main.row.label, fonts.ink(NAME).bold(), width);
     let at = (MARGIN as f32, layout.top as f32 - 0.45 * fonts.em);
-    canvas.text(fonts, (&label, ink), at, Align::Left);
+    let label = Name::new(fonts, &main.row.label, (fonts.ink(NAME).bold(), width));
+    label.draw(canvas, fonts, at, Align::Left);
     canvas.put(
         &shown(&main.beauty, main.exposure, layout.big),
         (MARGIN, layout.top),
@@ -220,13 +224,13 @@ fn draw_main(
 }
 
 /// The name of a method above its column.
-fn name(canvas: &mut Sheet, fonts: &Fonts, label: &str, (left, top): (usize, usize)) {
-    let (label, ink) = fonts.fitted(label, fonts.ink(NAME).bold(), CELL as f32);
+fn draw_name(canvas: &mut Sheet, fonts: &Fonts, label: &str, (left, top): (usize, usize)) {
     let at = (
         left as f32 + CELL as f32 / 2.0,
         top as f32 - 0.45 * fonts.em,
     );
-    canvas.text(fonts, (&label, ink), at, Align::Center);
+    let label = Name::new(fonts, label, (fonts.ink(NAME).bold(), CELL as f32));
+    label.draw(canvas, fonts, at, Align::Center);
 }
 
 fn draw_insets(

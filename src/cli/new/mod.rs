@@ -32,6 +32,11 @@ pub fn run(verb: &NewVerb) -> Result<u8, Failure> {
             (file, format!("lightbench scene check {name}/scene.toml"))
         }
     };
+    if matches!(verb, NewVerb::Experiment { .. }) && name.eq_ignore_ascii_case("references") {
+        return Err(Failure::usage(
+            "results/references holds the references of all experiments; choose another name",
+        ));
+    }
     if file.exists() {
         return Err(Failure::usage(format!(
             "{} is there already and is left as it is; choose another name",
