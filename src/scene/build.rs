@@ -392,6 +392,8 @@ impl Scene {
                 }
             }
         }
+        let notes = self.textures.iter().filter_map(Texture::note);
+        self.report.notes.extend(notes.map(str::to_owned));
         self.report.texture_bytes = self.textures.iter().map(Texture::bytes).sum();
         self.report.cost.textures = self.report.texture_bytes;
         Ok(())
