@@ -301,6 +301,12 @@ impl Scene {
         self.triangles
             .extend(solid.map(|t| t.map(|i| i + base as u32)));
         let report = &mut self.report;
+        for note in world.notes {
+            // Once for all shapes of a file.
+            if !report.notes.contains(&note) {
+                report.notes.push(note);
+            }
+        }
         report.dropped_degenerate +=
             world.dropped_degenerate + before + kept - self.triangles.len();
         report.dropped_non_finite += world.dropped_non_finite;

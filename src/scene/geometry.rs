@@ -3,6 +3,7 @@
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::mesh::FileMesh;
 use super::mesh_obj::ObjFile;
 use super::mesh_ply::load_ply;
 use super::mesh_serialized::load_serialized;
@@ -26,6 +27,8 @@ pub(super) struct WorldShape {
     pub dropped_non_finite: usize,
     pub repaired_normals: usize,
     pub reoriented: usize,
+    /// What of its file was left out or replaced.
+    pub notes: Vec<String>,
 }
 
 /// Shapes with their positions in the scene.
@@ -65,20 +68,25 @@ fn load_shape(
             path.display()
         )));
     }
-    let mut mesh = read(shape, file)?;
+    let FileMesh { mut mesh, notes } = read(shape, file)?;
     if shape.emission_texture.is_some() {
         mesh = textured_light::cut(&mesh);
     }
-    Ok(Loaded::World(to_world(mesh, shape, normals)))
+    Ok(Loaded::World(WorldShape {
+        notes,
+        ..to_world(mesh, shape, normals)
+    }))
 }
 
-fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<Mesh, SceneError> {
-    Ok(match &shape.source {
-        ShapeSource::Obj { path, part } => match file {
-            Some(file) => file.mesh(part.as_deref())?,
-            None => ObjFile::read(path)?.mesh(part.as_deref())?,
-        },
-        ShapeSource::Ply { path } => load_ply(path)?,
+fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<FileMesh, SceneError> {
+    let mesh = match &shape.source {
+        ShapeSource::Obj { path, part } => {
+            return match file {
+                Some(file) => file.mesh(part.as_deref()),
+                None => ObjFile::read(path)?.mesh(part.as_deref()),
+            };
+        }
+        ShapeSource::Ply { path } => return load_ply(path),
         ShapeSource::Serialized { path, index } => load_serialized(path, *index)?,
         ShapeSource::Gltf {
             file,
@@ -101,7 +109,8 @@ fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<Mesh, SceneE
                 message,
             }
         })?,
-    })
+    };
+    Ok(mesh.into())
 }
 
 impl ShapeSource {

@@ -75,7 +75,7 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
         return Ok((Vec::new(), notes));
     }
     let bytes = std::fs::read(obj).map_err(|e| file_error(obj, e.to_string()))?;
-    let text = plain_obj(&bytes);
+    let text = plain_obj(&bytes).text;
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut declared = Vec::new();
     let mut read = HashSet::new();
