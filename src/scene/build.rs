@@ -26,7 +26,7 @@ pub struct Scene {
     pub positions: Vec<Vec3>,
     /// Parallel to `positions` or empty; zero means "use the geometric normal".
     pub normals: Vec<Vec3>,
-    /// Parallel to `positions` or empty.
+    /// Parallel to `positions` or empty; NaN where a shape has none.
     pub uvs: Vec<Vec2>,
     /// Colours of vertices, linear RGB; parallel to `positions`, or empty where no material asks for them.
     pub colours: Vec<[f32; 3]>,
@@ -285,7 +285,7 @@ impl Scene {
         }
         if with_uvs {
             self.uvs.extend_from_slice(&mesh.uvs);
-            self.uvs.resize(count, Vec2::ZERO);
+            self.uvs.resize(count, Vec2::NAN);
         }
         if with_colours {
             self.colours.extend_from_slice(&mesh.colours);

@@ -48,6 +48,9 @@ pub enum Bsdf {
         distribution: MicrofacetDistribution,
         /// Colour shift by internal scattering (Mitsuba's `nonlinear`).
         nonlinear: bool,
+        /// Whether the base gets all light that a rough coating does not reflect. Mitsuba's `roughplastic` loses what
+        /// passes from facet to facet, up to three quarters of it at `alpha = 1`; models of other formats do not.
+        lossless: bool,
     },
     /// `alpha = 0` is the perfect mirror. Complex index of refraction per channel; `eta = 0` with
     /// `k = 0` stands for Fresnel reflectance 1.

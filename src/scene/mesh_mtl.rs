@@ -414,6 +414,7 @@ pub(super) fn coated(diffuse: ColourSource, specular: [f32; 3], alpha: f32) -> B
         alpha,
         distribution: MicrofacetDistribution::Ggx,
         nonlinear: false,
+        lossless: true,
     }
 }
 

@@ -18,7 +18,7 @@ use crate::trace::Hit;
 /// Materials with what is integrated once: the coatings of the plastics.
 pub struct Surfaces<'a> {
     scene: &'a Scene,
-    /// Distinct triples of alpha, index and distribution.
+    /// Distinct ones.
     coatings: Vec<Arc<Coating>>,
     /// Index into `coatings` for each material that has one.
     coating_of: Vec<usize>,
@@ -59,7 +59,7 @@ struct Place {
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
-        let mut keys: Vec<(f32, f32, MicrofacetDistribution)> = Vec::new();
+        let mut keys: Vec<(f32, f32, MicrofacetDistribution, bool)> = Vec::new();
         let mut coatings = Vec::new();
         let coating_of = scene
             .materials
@@ -69,12 +69,16 @@ impl<'a> Surfaces<'a> {
                     ior,
                     alpha,
                     distribution,
+                    lossless,
                     ..
                 } => {
-                    let key = (alpha, ior, distribution);
+                    let key = (alpha, ior, distribution, lossless);
                     keys.iter().position(|k| *k == key).unwrap_or_else(|| {
                         keys.push(key);
-                        coatings.push(Coating::of(distribution, alpha, ior));
+                        coatings.push(match lossless {
+                            true => Coating::lossless_of(distribution, alpha, ior),
+                            false => Coating::of(distribution, alpha, ior),
+                        });
                         coatings.len() - 1
                     })
                 }
@@ -418,11 +422,12 @@ impl Interaction<'_> {
 }
 
 fn corner_uvs(scene: &Scene, corners: [usize; 3]) -> [Vec2; 3] {
-    if scene.uvs.is_empty() {
-        // The barycentric coordinates stand in, as in Mitsuba.
-        return [Vec2::ZERO, Vec2::X, Vec2::Y];
+    // The barycentric coordinates stand in, as in Mitsuba, with v downwards there.
+    const BARYCENTRIC: [Vec2; 3] = [Vec2::Y, Vec2::ONE, Vec2::ZERO];
+    match scene.uvs.is_empty() || corners.iter().any(|&i| scene.uvs[i].is_nan()) {
+        true => BARYCENTRIC,
+        false => corners.map(|i| scene.uvs[i]),
     }
-    corners.map(|i| scene.uvs[i])
 }
 
 /// What a shape without a material is made of.

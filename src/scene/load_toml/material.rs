@@ -118,6 +118,7 @@ impl Loader {
             alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
             distribution: distribution(keys)?,
             nonlinear: keys.boolean("nonlinear", false)?,
+            lossless: keys.boolean("lossless", false)?,
         })
     }
 

@@ -228,6 +228,7 @@ impl<'a> Importer<'a> {
             alpha: facets.alpha,
             distribution: facets.distribution,
             nonlinear: element.boolean("nonlinear", false)?,
+            lossless: false,
         })
     }
 
@@ -331,6 +332,7 @@ impl<'a> Importer<'a> {
                 alpha,
                 distribution: MicrofacetDistribution::Ggx,
                 nonlinear: false,
+                lossless: true,
             }
         })
     }

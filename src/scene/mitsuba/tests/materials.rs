@@ -44,7 +44,8 @@ fn materials_of_every_kind() {
             ior: 1.5,
             alpha: 0.2,
             distribution: MicrofacetDistribution::Ggx,
-            nonlinear: true
+            nonlinear: true,
+            lossless: false,
         }
     );
     let (m, _) = material(
