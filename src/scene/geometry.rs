@@ -147,6 +147,9 @@ fn to_world(mesh: Mesh, shape: &ShapeDescription, want_normals: bool) -> WorldSh
         mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }
     transform(mesh, &shape.to_world);
+    if shape.turn_bare && mesh.normals.is_empty() {
+        reverse(mesh);
+    }
     if shape.flip_normals {
         reverse(mesh);
         mesh.normals.iter_mut().for_each(|n| *n = -*n);
@@ -432,5 +435,17 @@ mod tests {
         let world = to_world(mesh, &described(DMat4::IDENTITY), true);
         assert_eq!(world.reoriented, 1);
         assert_eq!(fronts(&world), [Vec3::Z; 2]);
+    }
+
+    #[test]
+    fn mirrors_turn_faces_without_normals_where_that_is_asked_for() {
+        let mut bare = primitive::rectangle();
+        bare.normals.clear();
+        let mut shape = described(DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0)));
+        assert_eq!(fronts(&to_world(bare.clone(), &shape, true)), [Vec3::Z; 2]);
+        shape.turn_bare = true;
+        assert_eq!(fronts(&to_world(bare, &shape, true)), [Vec3::NEG_Z; 2]);
+        let with_normals = to_world(primitive::rectangle(), &shape, true);
+        assert_eq!(fronts(&with_normals), [Vec3::Z; 2]);
     }
 }

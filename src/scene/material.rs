@@ -23,6 +23,9 @@ pub struct Material {
     pub bump: Option<(usize, f32)>,
     /// Normal map: texture whose colours, doubled and less 1, are normals along u, across it and out of the surface.
     pub normals: Option<usize>,
+    /// Whether light is weakened the more it grazes the surface and the more the bump or normal map bends the normal, so
+    /// that shadows do not end abruptly (Estevez et al. 2019; Mitsuba's `use_shadowing_function`).
+    pub soft_terminators: bool,
 }
 
 /// How the normals of microfacets spread (Walter et al. 2007).
@@ -82,6 +85,7 @@ impl Material {
             opacity: None,
             bump: None,
             normals: None,
+            soft_terminators: false,
         }
     }
     /// Whether light can pass or be mirrored without being scattered, so that what the camera sees

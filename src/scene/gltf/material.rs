@@ -56,6 +56,7 @@ impl Importer<'_> {
             opacity: self.opacity(&surface)?,
             bump: None,
             normals: None,
+            soft_terminators: false,
         };
         self.note_dropped(declared);
         self.scene.materials.push(material);

@@ -76,6 +76,7 @@ impl Loader {
                 opacity,
                 bump: None,
                 normals: None,
+                soft_terminators: false,
             });
         }
         Ok(())
