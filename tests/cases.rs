@@ -44,6 +44,8 @@ fn what_shines_hides_is_coloured_or_bent_is_as_in_mitsuba() {
         ("vertex-colours.xml", [0.6297, 0.5188, 0.6484]),
         ("normal-map.xml", [0.0841; 3]),
         ("textured-lamp.xml", [0.0490, 0.0587, 0.0821]),
+        ("bare-lamps.xml", [0.5928, 0.4756, 0.4795]),
+        ("steep-bumps.xml", [0.4188, 0.3660, 0.3131]),
     ] {
         let found = mean(name);
         let near = |c: usize| (found[c] / expected[c] - 1.0).abs() < 0.04;

@@ -33,6 +33,7 @@ fn still_life() -> SceneDescription {
             ior: 1.5,
             alpha: 0.3,
             nonlinear: false,
+            lossless: false,
             distribution: MicrofacetDistribution::Ggx,
         },
         ..Material::diffuse("glossy", [0.5; 3])

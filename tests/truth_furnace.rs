@@ -159,12 +159,34 @@ fn shiny_bodies_lose_only_what_single_scattering_loses() {
             alpha: 0.0,
             distribution: Ggx,
             nonlinear: true,
+            lossless: false,
         },
         ..Material::diffuse("coated", [0.0; 3])
     };
     // A smooth lossless coating over white returns everything.
     let found = mean(&in_furnace(coated, 256, 2));
     assert!((found - 1.0).abs() < 0.01, "{found}");
+}
+
+/// What glTF calls a white dielectric: its formula gives about 1, at every roughness.
+#[test]
+fn lossless_coatings_over_white_disappear_however_rough() {
+    for alpha in [0.0, 0.25, 0.64, 1.0] {
+        let coated = Material {
+            bsdf: Bsdf::Plastic {
+                diffuse: ColourSource::Constant([1.0; 3]),
+                specular: [1.0; 3],
+                ior: 1.5,
+                alpha,
+                distribution: Ggx,
+                nonlinear: false,
+                lossless: true,
+            },
+            ..Material::diffuse("coated", [0.0; 3])
+        };
+        let found = mean(&in_furnace(coated, 256, 2));
+        assert!((found - 1.0).abs() < 0.01, "{alpha}: {found}");
+    }
 }
 
 #[test]

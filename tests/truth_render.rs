@@ -206,6 +206,7 @@ fn plastic_under_a_sun_is_continuous_and_bounded() {
             alpha,
             distribution: MicrofacetDistribution::Ggx,
             nonlinear: false,
+            lossless: false,
         },
         ..one_sided(name, [0.0; 3])
     };

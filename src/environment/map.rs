@@ -147,10 +147,16 @@ impl Environment {
                 to_world,
                 rows,
             } => {
-                let image = crate::image::read(path).map_err(|error| EnvironmentError::Read {
+                let fail = |message: String| EnvironmentError::Read {
                     path: path.clone(),
-                    message: error.to_string(),
-                })?;
+                    message,
+                };
+                let picture = crate::image::read_picture(path);
+                let picture = picture.map_err(|error| fail(error.to_string()))?;
+                if let Some(window) = &picture.window {
+                    return Err(fail(format!("{window}; a map needs all directions")));
+                }
+                let image = picture.into_linear();
                 let options = EnvironmentOptions {
                     scale: *scale,
                     to_world: *to_world,

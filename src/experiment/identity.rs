@@ -23,7 +23,7 @@ use crate::technique::{Technique, TechniqueEntry, Terms};
 
 /// Raised when the form of keys changes, or when something that all techniques share (loaders, shapes
 /// made in code, rays, shading) gives other pictures; methods have versions of their own.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// Sixteen hexadecimal digits of a text's hash.
 pub fn hash(text: &str) -> String {
@@ -83,6 +83,7 @@ fn shape(shape: &ShapeDescription) -> Value {
         emission,
         emission_texture,
         flip_normals,
+        turn_bare,
         face_normals,
         smooth_normals,
         flip_v,
@@ -109,10 +110,13 @@ fn shape(shape: &ShapeDescription) -> Value {
         } => json!(["generated", generator, part, parameters]),
     };
     let sides = [flip_normals, face_normals, smooth_normals, flip_v];
-    match emission_texture {
-        None => json!([source, to_world, material, emission, sides]),
-        Some(texture) => json!([source, to_world, material, emission, texture, sides]),
+    let mut parts = vec![source, json!(to_world), json!(material), json!(emission)];
+    parts.extend(emission_texture.map(|texture| json!(texture)));
+    parts.push(json!(sides));
+    if *turn_bare {
+        parts.push(json!("turns bare faces"));
     }
+    Value::from(parts)
 }
 
 fn material(material: &Material) -> Value {
@@ -123,11 +127,14 @@ fn material(material: &Material) -> Value {
         opacity,
         bump,
         normals,
+        soft_terminators,
     } = material;
-    match normals {
-        None => json!([bsdf, two_sided, opacity, bump]),
-        Some(normals) => json!([bsdf, two_sided, opacity, bump, normals]),
+    let mut parts = vec![json!(bsdf), json!(two_sided), json!(opacity), json!(bump)];
+    parts.extend(normals.map(|normals| json!(normals)));
+    if *soft_terminators {
+        parts.push(json!("soft terminators"));
     }
+    Value::from(parts)
 }
 
 fn texture(texture: &TextureDescription) -> Value {

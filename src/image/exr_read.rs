@@ -6,7 +6,7 @@ use super::guard::{decoded, holds};
 use super::primaries::to_rec709;
 use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
 use exr::meta::MetaData;
-use exr::meta::attribute::AttributeValue;
+use exr::meta::attribute::{AttributeValue, IntegerBounds};
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
 use glam::DVec3;
 use serde_json::Value;
@@ -24,6 +24,8 @@ pub struct LayeredImage {
     pub attributes: Attributes,
     /// Red, green, blue and white in CIE xy, if the file has them. The pixels are as they are stored.
     pub chromaticities: Option<[[f32; 2]; 4]>,
+    /// What was made of data windows that are not the display window.
+    pub window: Option<String>,
 }
 
 impl LayeredImage {
@@ -37,7 +39,8 @@ impl LayeredImage {
 ///
 /// `name.R name.G name.B` becomes a colour layer, any other channel `name.X` a gray one called
 /// `name.X` (or `name` for `Y`); a part's own name comes before that of its channels. The picture
-/// that is read is the data window. Deep data, subsampled channels and damaged files are errors.
+/// that is read is the display window, black where there is no data. Deep data, subsampled channels and damaged files
+/// are errors.
 pub fn read_layers(path: &Path) -> Result<LayeredImage, ImageError> {
     let bytes = std::fs::read(path).map_err(|source| ImageError::io(path, source))?;
     decode_layers(path, &bytes)
@@ -70,24 +73,101 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
             Some(name) if !only_part => decode_text(name.as_slice()),
             _ => String::new(),
         };
-        picture.layers.extend(layers_of(path, part, &part_name)?);
+        let mut layers = layers_of(path, part, &part_name)?;
+        let frame = Frame {
+            display: file.attributes.display_window,
+            data: part.absolute_bounds(),
+        };
+        if !frame.is_full() {
+            let note = frame.fill(&mut layers);
+            picture.window = Some(note.map_err(|why| ImageError::decode(path, "EXR", why))?);
+        }
+        picture.layers.extend(layers);
         gather_attributes(&mut picture.attributes, part);
     }
     Ok(picture)
 }
 
+/// Last parts of the names of channels that OpenEXR reserves for depth, alpha and identities.
+const NO_PICTURES: [&str; 7] = ["z", "zback", "a", "ar", "ag", "ab", "id"];
+
 /// Last parts of the names of layers that hold the finished picture.
 const FINISHED: [&str; 6] = ["combined", "composite", "beauty", "image", "rgba", "rgb"];
 
-/// The picture of an EXR file as linear Rec.709, and how many of its pixels are not opaque.
+/// What part of a picture a file holds.
+struct Frame {
+    display: IntegerBounds,
+    data: IntegerBounds,
+}
+
+impl Frame {
+    fn is_full(&self) -> bool {
+        self.display == self.data
+    }
+
+    /// Puts layers of the data window into the display window; says so.
+    fn fill(&self, layers: &mut [Layer]) -> Result<String, String> {
+        let sizes = [self.data, self.display].map(|window| window.size);
+        let [data, display] = sizes.map(|size| [size.width(), size.height()]);
+        let shift = [
+            i64::from(self.display.position.x()) - i64::from(self.data.position.x()),
+            i64::from(self.display.position.y()) - i64::from(self.data.position.y()),
+        ];
+        let shown = |axis: usize| {
+            let end = shift[axis] + display[axis] as i64;
+            end.min(data[axis] as i64) - shift[axis].max(0)
+        };
+        if shown(0) <= 0 || shown(1) <= 0 {
+            return Err("its data window lies outside of its display window".into());
+        }
+        // Of a pixel of the display window, in the data.
+        let place = |i: usize| {
+            let x = (i % display[0]) as i64 + shift[0];
+            let y = (i / display[0]) as i64 + shift[1];
+            let inside = (0..data[0] as i64).contains(&x) && (0..data[1] as i64).contains(&y);
+            inside.then(|| y as usize * data[0] + x as usize)
+        };
+        let count = display[0] * display[1];
+        for layer in layers {
+            match &mut layer.samples {
+                Samples::Color(image) => {
+                    let pixel = |i| place(i).map_or([0.0; 3], |at: usize| image.pixels[at]);
+                    image.pixels = (0..count).map(pixel).collect();
+                    [image.width, image.height] = display;
+                }
+                Samples::Gray(plane) => {
+                    let value = |i| place(i).map_or(0.0, |at: usize| plane.values[at]);
+                    plane.values = (0..count).map(value).collect();
+                    [plane.width, plane.height] = display;
+                }
+            }
+        }
+        Ok(format!(
+            "the data window of {}x{} pixels is put into the display window of {}x{}: black outside, cut off beyond",
+            data[0], data[1], display[0], display[1]
+        ))
+    }
+}
+
+/// A picture of an EXR file.
+pub(super) struct ExrPicture {
+    /// Linear Rec.709.
+    pub image: Image,
+    /// How many of its pixels are not opaque.
+    pub translucent: usize,
+    /// See [`LayeredImage::window`].
+    pub window: Option<String>,
+}
+
+/// The picture of an EXR file.
 ///
 /// It is the layer of this name; without a name the unnamed colour layer, else the one that is called like a finished picture
-/// (`Combined`, `beauty`, …), else the only colour layer, else a gray one (`Y`, or the only layer), spread over R, G
-/// and B.
+/// (`Combined`, `beauty`, …), else the only colour layer, else a gray one (`Y`, or the only layer if it is not one of depth,
+/// alpha or ids), spread over R, G and B.
 pub(super) fn decode_picture(
     (path, layer): (&Path, Option<&str>),
     bytes: &[u8],
-) -> Result<(Image, usize), ImageError> {
+) -> Result<ExrPicture, ImageError> {
     let file = decode_layers(path, bytes)?;
     let index = match layer {
         Some(name) => file.layers.iter().position(|layer| layer.name == name),
@@ -137,7 +217,11 @@ pub(super) fn decode_picture(
             (matrix * rgb).as_vec3().to_array()
         }),
     };
-    Ok((image, translucent))
+    Ok(ExrPicture {
+        image,
+        translucent,
+        window: file.window,
+    })
 }
 
 /// Index of the layer that is the picture, if there is one.
@@ -181,7 +265,8 @@ fn picture_of(path: &Path, layers: &[Layer]) -> Result<Option<usize>, ImageError
         }
     }
     let unnamed = layers.iter().position(|layer| layer.name.is_empty());
-    Ok(unnamed.or((layers.len() == 1).then_some(0)))
+    let only = layers.len() == 1 && !NO_PICTURES.contains(&last_part(0).as_str());
+    Ok(unnamed.or(only.then_some(0)))
 }
 
 /// Refuses absurd sizes, deep data and subsampled channels before anything is allocated.
@@ -199,6 +284,16 @@ fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
                 width,
                 height,
             });
+        }
+        holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, "EXR", why))?;
+        let display = header.shared_attributes.display_window.size;
+        let (width, height) = (display.width(), display.height());
+        if width
+            .checked_mul(height)
+            .is_none_or(|area| area > MAX_PIXELS)
+        {
+            let why = format!("its display window has {width}x{height} pixels");
+            return Err(ImageError::decode(path, "EXR", why));
         }
         holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, "EXR", why))?;
         if header.deep {

@@ -244,3 +244,104 @@ fn damaged_bytes_never_panic() {
         }
     }
 }
+
+/// Writes a grey picture of 64×40 at a place in a display window, as other programs would.
+fn write_window(path: &Path, data: [i32; 2], display: ([i32; 2], [usize; 2])) {
+    let values: Vec<f32> = (0..64 * 40).map(|i| 1.0 + i as f32).collect();
+    let channels =
+        ["R", "G", "B"].map(|name| AnyChannel::new(name, FlatSamples::F32(values.clone())));
+    let mut attributes = LayerAttributes::named("render");
+    attributes.layer_position = (data[0], data[1]).into();
+    let channels = AnyChannels::sort(channels.into_iter().collect());
+    let encoding = exr::prelude::Encoding::UNCOMPRESSED;
+    let layer = exr::prelude::Layer::new((64, 40), attributes, encoding, channels);
+    let mut image = exr::prelude::Image::from_layer(layer);
+    let ([x, y], [width, height]) = display;
+    image.attributes.display_window = exr::prelude::IntegerBounds::new((x, y), (width, height));
+    image.write().to_file(path).unwrap();
+}
+
+#[test]
+fn data_windows_are_put_into_display_windows() {
+    let (_folder, path) = scratch("a.exr");
+    write_window(&path, [10, -5], ([0, 0], [100, 50]));
+    let picture = read_picture(&path).unwrap();
+    let image = &picture.image;
+    assert_eq!((image.width, image.height), (100, 50));
+    // Row 0 of the display window is row 5 of the data.
+    assert_eq!(image.at(10, 0), [1.0 + 5.0 * 64.0; 3]);
+    assert_eq!(image.at(73, 34), [64.0 * 40.0; 3]);
+    for (x, y) in [(9, 0), (74, 0), (10, 35), (99, 49)] {
+        assert_eq!(image.at(x, y), [0.0; 3], "{x} {y}");
+    }
+    let note = picture.window.unwrap();
+    assert!(note.contains("64x40") && note.contains("100x50"), "{note}");
+    write_window(&path, [-2, -2], ([0, 0], [60, 36]));
+    assert_eq!(
+        read(&path).unwrap().at(0, 0),
+        [1.0 + 2.0 * 64.0 + 2.0; 3],
+        "cut off"
+    );
+    write_window(&path, [7, 7], ([7, 7], [64, 40]));
+    assert!(read_picture(&path).unwrap().window.is_none());
+    write_window(&path, [0, 0], ([64, 0], [64, 40]));
+    let message = read(&path).unwrap_err().to_string();
+    assert!(
+        message.contains("outside of its display window"),
+        "{message}"
+    );
+    write_window(&path, [0, 0], ([0, 0], [30000, 30000]));
+    let message = read(&path).unwrap_err().to_string();
+    assert!(message.contains("30000x30000"), "{message}");
+}
+
+#[test]
+fn depth_alone_is_no_picture() {
+    let (_folder, path) = scratch("z.exr");
+    for names in [&["Z"][..], &["ViewLayer.Z"], &["A"]] {
+        write_foreign(&path, names, Compression::RLE);
+        let message = read(&path).unwrap_err().to_string();
+        assert!(
+            message.contains(&format!("found: {}", names[0])),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn primaries_of_radiance_files_are_converted() {
+    let (_folder, path) = written("a.hdr");
+    let plain = read(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let with = |primaries: &str| {
+        let end = bytes.iter().position(|&b| b == b'\n').unwrap() + 1;
+        let line = format!("PRIMARIES= {primaries}\n");
+        std::fs::write(
+            &path,
+            [&bytes[..end], line.as_bytes(), &bytes[end..]].concat(),
+        )
+        .unwrap();
+        read(&path).map_err(|error| error.to_string())
+    };
+    for same in [
+        "0.64 0.33 0.29 0.60 0.15 0.06 0.3333 0.3333",
+        "0.640 0.330 0.300 0.600 0.150 0.060 0.3127 0.3290",
+    ] {
+        assert_eq!(with(same).unwrap(), plain);
+    }
+    // White of Display P3 is that of Rec.709; its red is (1.2249, −0.0420, −0.0197) there.
+    let wide = with("0.680 0.320 0.265 0.690 0.150 0.060 0.3127 0.3290").unwrap();
+    let matrix = [
+        [1.2249, -0.2247, 0.0],
+        [-0.0420, 1.0419, 0.0],
+        [-0.0197, -0.0786, 1.0979],
+    ];
+    for (found, rgb) in wide.pixels.iter().zip(&plain.pixels) {
+        for (value, row) in found.iter().zip(matrix) {
+            let expected: f32 = row.iter().zip(rgb).map(|(m, c)| m * c).sum();
+            assert!((value - expected).abs() < 1e-3, "{value} {expected}");
+        }
+    }
+    assert!(with("0.1 0.1 0.2 0.2 0.3 0.3 0.3 0.3").is_err());
+    assert!(with("0.64 0.33").unwrap_err().contains("eight numbers"));
+}

@@ -6,6 +6,8 @@ pub(super) struct HdrHeader {
     /// Factor that was applied to the radiance of each channel: EXPOSURE and COLORCORR, multiplied where they stand
     /// several times.
     pub exposure: [f32; 3],
+    /// Red, green, blue and white in CIE xy, if the file has them.
+    pub primaries: Option<[[f32; 2]; 4]>,
     /// Whether the first row of the file is the lowest of the picture.
     pub bottom_up: bool,
     /// Pixels.
@@ -23,6 +25,7 @@ impl HdrHeader {
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let mut header = Self {
             exposure: [1.0; 3],
+            primaries: None,
             bottom_up: false,
             width: 0,
             height: 0,
@@ -42,6 +45,7 @@ impl HdrHeader {
                     return Err(format!("FORMAT is {format}: save it as 32-bit_rle_rgbe"));
                 }
                 name @ ("EXPOSURE" | "COLORCORR") => header.multiply(name, value)?,
+                "PRIMARIES" => header.primaries = Some(primaries(value)?),
                 _ => {}
             }
         }
@@ -103,6 +107,16 @@ impl HdrHeader {
     }
 }
 
+/// Eight numbers: x and y of red, green, blue and white.
+fn primaries(value: &str) -> Result<[[f32; 2]; 4], String> {
+    let words = value.split_whitespace().map(str::parse::<f32>);
+    let numbers: Vec<f32> = words.filter_map(Result::ok).collect();
+    match numbers[..] {
+        [rx, ry, gx, gy, bx, by, wx, wy] => Ok([[rx, ry], [gx, gy], [bx, by], [wx, wy]]),
+        _ => Err(format!("PRIMARIES={value} are not eight numbers")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -142,6 +156,10 @@ mod tests {
             ("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 2 +X 3\n", "xyze"),
             ("#?RADIANCE\n\n-Y 30000 +X 30000\nxy", "cut short"),
             ("#?RADIANCE\nEXPOSURE=0\n\n-Y 2 +X 3\n", "EXPOSURE=0"),
+            (
+                "#?RADIANCE\nPRIMARIES=1 0\n\n-Y 2 +X 3\n",
+                "PRIMARIES=1 0 are not eight",
+            ),
         ] {
             let error = HdrHeader::read(text.as_bytes()).unwrap_err();
             assert!(error.contains(expected), "{error}");

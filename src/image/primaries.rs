@@ -1,9 +1,12 @@
-//! Colours of EXR files whose channels are not those of Rec.709.
+//! Colours of EXR and Radiance files whose channels are not those of Rec.709.
 
 use glam::{DMat3, DVec3};
 
 /// Red, green, blue and white of Rec.709 in CIE xy.
 const REC709: [[f32; 2]; 4] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
+
+/// Those that Radiance takes where a file names none.
+const RADIANCE: [[f32; 2]; 4] = [[0.64, 0.33], [0.29, 0.60], [0.15, 0.06], [0.3333, 0.3333]];
 
 /// Red, green and blue of files whose channels are X, Y and Z.
 const XYZ: [[f32; 2]; 3] = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]];
@@ -27,6 +30,17 @@ pub(super) fn to_rec709(chromaticities: &[[f32; 2]; 4]) -> Result<Option<DMat3>,
         _ => Err(format!(
             "its chromaticities {chromaticities:?} are not those of three colours"
         )),
+    }
+}
+
+/// As [`to_rec709`], of Radiance files: those that name the primaries of Radiance itself (white 1/3, 1/3) are taken as those
+/// that name none, which everyone reads as Rec.709.
+pub(super) fn hdr_to_rec709(primaries: &[[f32; 2]; 4]) -> Result<Option<DMat3>, String> {
+    let near = |(a, b): (&f32, &f32)| (a - b).abs() <= ROUNDING;
+    let mut pairs = primaries.iter().flatten().zip(RADIANCE.iter().flatten());
+    match pairs.all(near) {
+        true => Ok(None),
+        false => to_rec709(primaries),
     }
 }
 

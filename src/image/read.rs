@@ -3,8 +3,10 @@
 use super::error::MAX_PIXELS;
 use super::guard::{decoded, holds, is_cut_jpeg};
 use super::hdr_header::HdrHeader;
+use super::primaries::hdr_to_rec709;
 use super::{Image, ImageError, exr_read, srgb_decode};
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use glam::DVec3;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -25,21 +27,30 @@ pub struct Picture {
     pub encoding: Encoding,
     /// Pixels that are not opaque; their alpha is left out.
     pub translucent: usize,
+    /// What was made of a data window that is not the display window (EXR), in words.
+    pub window: Option<String>,
+}
+
+impl Picture {
+    /// Its image as linear RGB.
+    pub fn into_linear(self) -> Image {
+        let mut image = self.image;
+        if self.encoding == Encoding::Srgb {
+            for pixel in &mut image.pixels {
+                *pixel = pixel.map(srgb_decode);
+            }
+        }
+        image
+    }
 }
 
 /// Reads an EXR, Radiance HDR, PNG or JPEG file as linear RGB.
 ///
 /// The format is told by the first bytes. 8- and 16-bit files are decoded from sRGB; gray is spread
-/// over the channels; alpha, colour profiles and metadata are ignored, but for the chromaticities of EXR files and the exposure of
-/// Radiance files. `FILE#layer` names a layer of an EXR file. Non-finite values are kept: see [`super::sanitise`].
+/// over the channels; alpha, colour profiles and metadata are ignored, but for the chromaticities of EXR files and the exposure and
+/// primaries of Radiance files. `FILE#layer` names a layer of an EXR file. Non-finite values are kept: see [`super::sanitise`].
 pub fn read(path: &Path) -> Result<Image, ImageError> {
-    let (mut image, encoding) = read_coded(path)?;
-    if encoding == Encoding::Srgb {
-        for pixel in &mut image.pixels {
-            *pixel = pixel.map(srgb_decode);
-        }
-    }
-    Ok(image)
+    Ok(read_picture(path)?.into_linear())
 }
 
 /// Reads like [`read`], but leaves the values as they are stored (8 and 16 bits scaled to `[0, 1]`) and
@@ -63,11 +74,12 @@ pub(crate) fn decode_bytes(
 ) -> Result<Picture, ImageError> {
     let picture = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => {
-            let (image, translucent) = exr_read::decode_picture((path, layer), bytes)?;
+            let picture = exr_read::decode_picture((path, layer), bytes)?;
             return Ok(Picture {
-                image,
+                image: picture.image,
                 encoding: Encoding::Linear,
-                translucent,
+                translucent: picture.translucent,
+                window: picture.window,
             });
         }
         [b'#', b'?', ..] => {
@@ -75,6 +87,7 @@ pub(crate) fn decode_bytes(
                 image: decode_hdr(path, bytes)?,
                 encoding: Encoding::Linear,
                 translucent: 0,
+                window: None,
             });
         }
         [0x89, b'P', b'N', b'G', ..] => decode(path, bytes, ImageFormat::Png)?,
@@ -88,6 +101,7 @@ pub(crate) fn decode_bytes(
         image: coded_pixels(&picture),
         encoding: Encoding::Srgb,
         translucent: translucent_pixels(&picture),
+        window: None,
     })
 }
 
@@ -153,6 +167,18 @@ fn decode_hdr(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
         height: picture.height() as usize,
         pixels: pixels.map(|pixel| radiance(&pixel.0)).collect(),
     };
+    let matrix = match &header.primaries {
+        Some(primaries) => {
+            hdr_to_rec709(primaries).map_err(|why| ImageError::decode(path, "Radiance HDR", why))?
+        }
+        None => None,
+    };
+    if let Some(matrix) = matrix {
+        image = image.map(|rgb| {
+            let rgb = DVec3::from(rgb.map(f64::from));
+            (matrix * rgb).as_vec3().to_array()
+        });
+    }
     if header.bottom_up {
         let rows = image.pixels.chunks(image.width.max(1)).rev();
         image.pixels = rows.flatten().copied().collect();

@@ -68,6 +68,9 @@ pub struct Comparison {
     pub negative: usize,
     /// Pixels that are not opaque, of both files together: their alpha is left out. 0 for images in memory.
     pub translucent: usize,
+    /// What was made of data windows of EXR files that are not their display windows.
+    #[serde(skip)]
+    pub windows: Vec<String>,
     /// Mean absolute error, on the same values as `rmse`.
     pub mae: f64,
     /// `relmse` without the worst 0.1 % of the pixels.
@@ -147,6 +150,7 @@ pub fn compare(
         non_finite: replaced.iter().map(|counts| counts.non_finite).sum(),
         negative: replaced.iter().map(|counts| counts.negative).sum(),
         translucent: 0,
+        windows: Vec::new(),
         mae: errors.mae,
         relmse_trimmed: errors.relmse_trimmed,
         relmse_display: shown.relmse,
@@ -179,6 +183,8 @@ pub fn compare_files(
 ) -> Result<Comparison, MetricError> {
     let [reference, test] = [read_picture(reference)?, read_picture(test)?];
     let translucent = reference.translucent + test.translucent;
+    let windows = [reference.window, test.window].into_iter().flatten();
+    let windows = windows.collect();
     let (mut reference, reference_encoding) = (reference.image, reference.encoding);
     let (mut test, test_encoding) = (test.image, test.encoding);
     let mut options = options.clone();
@@ -196,6 +202,7 @@ pub fn compare_files(
     let compared = compare(&reference, &test, &options)?;
     Ok(Comparison {
         translucent,
+        windows,
         ..compared
     })
 }

@@ -26,7 +26,7 @@ pub struct Scene {
     pub positions: Vec<Vec3>,
     /// Parallel to `positions` or empty; zero means "use the geometric normal".
     pub normals: Vec<Vec3>,
-    /// Parallel to `positions` or empty.
+    /// Parallel to `positions` or empty; NaN where a shape has none.
     pub uvs: Vec<Vec2>,
     /// Colours of vertices, linear RGB; parallel to `positions`, or empty where no material asks for them.
     pub colours: Vec<[f32; 3]>,
@@ -285,7 +285,7 @@ impl Scene {
         }
         if with_uvs {
             self.uvs.extend_from_slice(&mesh.uvs);
-            self.uvs.resize(count, Vec2::ZERO);
+            self.uvs.resize(count, Vec2::NAN);
         }
         if with_colours {
             self.colours.extend_from_slice(&mesh.colours);
@@ -301,6 +301,12 @@ impl Scene {
         self.triangles
             .extend(solid.map(|t| t.map(|i| i + base as u32)));
         let report = &mut self.report;
+        for note in world.notes {
+            // Once for all shapes of a file.
+            if !report.notes.contains(&note) {
+                report.notes.push(note);
+            }
+        }
         report.dropped_degenerate +=
             world.dropped_degenerate + before + kept - self.triangles.len();
         report.dropped_non_finite += world.dropped_non_finite;
@@ -392,6 +398,8 @@ impl Scene {
                 }
             }
         }
+        let notes = self.textures.iter().filter_map(Texture::note);
+        self.report.notes.extend(notes.map(str::to_owned));
         self.report.texture_bytes = self.textures.iter().map(Texture::bytes).sum();
         self.report.cost.textures = self.report.texture_bytes;
         Ok(())

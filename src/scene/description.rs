@@ -60,6 +60,9 @@ pub struct ShapeDescription {
     pub emission_texture: Option<usize>,
     /// Turns the winding, and so the emitting side, round.
     pub flip_normals: bool,
+    /// The same, but only where there are no vertex normals: mirrors turn such faces in Mitsuba, whose winding is that
+    /// of the transformed corners.
+    pub turn_bare: bool,
     /// Ignores vertex normals.
     pub face_normals: bool,
     /// Computes vertex normals where the file has none, as Mitsuba does; otherwise such a mesh is
@@ -81,6 +84,7 @@ impl ShapeDescription {
             emission: None,
             emission_texture: None,
             flip_normals: false,
+            turn_bare: false,
             face_normals: false,
             smooth_normals: false,
             flip_v: false,

@@ -3,6 +3,7 @@
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::mesh::FileMesh;
 use super::mesh_obj::ObjFile;
 use super::mesh_ply::load_ply;
 use super::mesh_serialized::load_serialized;
@@ -26,6 +27,8 @@ pub(super) struct WorldShape {
     pub dropped_non_finite: usize,
     pub repaired_normals: usize,
     pub reoriented: usize,
+    /// What of its file was left out or replaced.
+    pub notes: Vec<String>,
 }
 
 /// Shapes with their positions in the scene.
@@ -65,20 +68,25 @@ fn load_shape(
             path.display()
         )));
     }
-    let mut mesh = read(shape, file)?;
+    let FileMesh { mut mesh, notes } = read(shape, file)?;
     if shape.emission_texture.is_some() {
         mesh = textured_light::cut(&mesh);
     }
-    Ok(Loaded::World(to_world(mesh, shape, normals)))
+    Ok(Loaded::World(WorldShape {
+        notes,
+        ..to_world(mesh, shape, normals)
+    }))
 }
 
-fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<Mesh, SceneError> {
-    Ok(match &shape.source {
-        ShapeSource::Obj { path, part } => match file {
-            Some(file) => file.mesh(part.as_deref())?,
-            None => ObjFile::read(path)?.mesh(part.as_deref())?,
-        },
-        ShapeSource::Ply { path } => load_ply(path)?,
+fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<FileMesh, SceneError> {
+    let mesh = match &shape.source {
+        ShapeSource::Obj { path, part } => {
+            return match file {
+                Some(file) => file.mesh(part.as_deref()),
+                None => ObjFile::read(path)?.mesh(part.as_deref()),
+            };
+        }
+        ShapeSource::Ply { path } => return load_ply(path),
         ShapeSource::Serialized { path, index } => load_serialized(path, *index)?,
         ShapeSource::Gltf {
             file,
@@ -101,7 +109,8 @@ fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<Mesh, SceneE
                 message,
             }
         })?,
-    })
+    };
+    Ok(mesh.into())
 }
 
 impl ShapeSource {
@@ -138,6 +147,9 @@ fn to_world(mesh: Mesh, shape: &ShapeDescription, want_normals: bool) -> WorldSh
         mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }
     transform(mesh, &shape.to_world);
+    if shape.turn_bare && mesh.normals.is_empty() {
+        reverse(mesh);
+    }
     if shape.flip_normals {
         reverse(mesh);
         mesh.normals.iter_mut().for_each(|n| *n = -*n);
@@ -423,5 +435,17 @@ mod tests {
         let world = to_world(mesh, &described(DMat4::IDENTITY), true);
         assert_eq!(world.reoriented, 1);
         assert_eq!(fronts(&world), [Vec3::Z; 2]);
+    }
+
+    #[test]
+    fn mirrors_turn_faces_without_normals_where_that_is_asked_for() {
+        let mut bare = primitive::rectangle();
+        bare.normals.clear();
+        let mut shape = described(DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0)));
+        assert_eq!(fronts(&to_world(bare.clone(), &shape, true)), [Vec3::Z; 2]);
+        shape.turn_bare = true;
+        assert_eq!(fronts(&to_world(bare, &shape, true)), [Vec3::NEG_Z; 2]);
+        let with_normals = to_world(primitive::rectangle(), &shape, true);
+        assert_eq!(fronts(&with_normals), [Vec3::Z; 2]);
     }
 }

@@ -23,6 +23,9 @@ pub struct Material {
     pub bump: Option<(usize, f32)>,
     /// Normal map: texture whose colours, doubled and less 1, are normals along u, across it and out of the surface.
     pub normals: Option<usize>,
+    /// Whether light is weakened the more it grazes the surface and the more the bump or normal map bends the normal, so
+    /// that shadows do not end abruptly (Estevez et al. 2019; Mitsuba's `use_shadowing_function`).
+    pub soft_terminators: bool,
 }
 
 /// How the normals of microfacets spread (Walter et al. 2007).
@@ -48,6 +51,9 @@ pub enum Bsdf {
         distribution: MicrofacetDistribution,
         /// Colour shift by internal scattering (Mitsuba's `nonlinear`).
         nonlinear: bool,
+        /// Whether the base gets all light that a rough coating does not reflect. Mitsuba's `roughplastic` loses what
+        /// passes from facet to facet, up to three quarters of it at `alpha = 1`; models of other formats do not.
+        lossless: bool,
     },
     /// `alpha = 0` is the perfect mirror. Complex index of refraction per channel; `eta = 0` with
     /// `k = 0` stands for Fresnel reflectance 1.
@@ -79,6 +85,7 @@ impl Material {
             opacity: None,
             bump: None,
             normals: None,
+            soft_terminators: false,
         }
     }
     /// Whether light can pass or be mirrored without being scattered, so that what the camera sees

@@ -15,6 +15,23 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// A mesh as a file gives it, and what of the file was left out or replaced.
+#[derive(Debug, Default)]
+pub(super) struct FileMesh {
+    pub mesh: Mesh,
+    /// Sentences that name the file.
+    pub notes: Vec<String>,
+}
+
+impl From<Mesh> for FileMesh {
+    fn from(mesh: Mesh) -> Self {
+        Self {
+            mesh,
+            notes: Vec::new(),
+        }
+    }
+}
+
 impl Mesh {
     /// Appends another mesh. Attributes that only one of the two has are padded with zeros,
     /// colours with grey.

@@ -13,16 +13,16 @@ use super::{Bsdf, ColourSource, MicrofacetDistribution, SceneError};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MtlMaterial {
     pub name: String,
-    /// `Kd`.
-    pub diffuse: [f32; 3],
-    /// `map_Kd`.
+    /// `Kd`, if the library gives it.
+    pub diffuse: Option<[f32; 3]>,
+    /// `map_Kd`, which is multiplied by `Kd`.
     pub diffuse_map: Option<MtlMap>,
     /// `Ks` and `Ns`.
     pub specular: [f32; 3],
     pub exponent: f32,
     /// `d`, or one minus `Tr`.
     pub opacity: f32,
-    /// `map_d`.
+    /// `map_d`, which is multiplied by `d`.
     pub opacity_map: Option<MtlMap>,
     /// `Ke`.
     pub emission: [f32; 3],
@@ -38,6 +38,10 @@ pub(super) struct MtlMap {
     pub offset: [f32; 2],
     /// Whether it ends at its borders instead of repeating.
     pub clamp: bool,
+    /// Factor on its values: the second number of `-mm`.
+    pub gain: f32,
+    /// Options that would change the look and are left out.
+    pub left_out: Vec<String>,
 }
 
 impl Default for MtlMap {
@@ -47,8 +51,21 @@ impl Default for MtlMap {
             scale: [1.0; 2],
             offset: [0.0; 2],
             clamp: false,
+            gain: 1.0,
+            left_out: Vec::new(),
         }
     }
+}
+
+/// What a library says of light that passes or is mirrored, of which nothing is built.
+#[derive(Default)]
+struct Optics {
+    /// `Ni`.
+    index: Option<f32>,
+    /// `Tf`.
+    filter: Option<[f32; 3]>,
+    /// `illum`.
+    model: Option<f32>,
 }
 
 impl MtlMaterial {
@@ -56,7 +73,7 @@ impl MtlMaterial {
     fn grey(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            diffuse: [0.5; 3],
+            diffuse: Some([0.5; 3]),
             diffuse_map: None,
             specular: [0.0; 3],
             exponent: 0.0,
@@ -75,7 +92,7 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
         return Ok((Vec::new(), notes));
     }
     let bytes = std::fs::read(obj).map_err(|e| file_error(obj, e.to_string()))?;
-    let text = plain_obj(&bytes);
+    let text = plain_obj(&bytes).text;
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut declared = Vec::new();
     let mut read = HashSet::new();
@@ -167,20 +184,29 @@ fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMateria
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut has_opacity = false;
+    let mut optics = Optics::default();
     let mut line = 1;
     for (statement, lines) in statements(text) {
         let (keyword, rest) = split_word(&statement);
         let note = |what: &str| format!("{}:{line}: {what}", path.display());
         if keyword == "newmtl" {
             has_opacity = false;
+            if let Some(before) = materials.last() {
+                notes.extend(std::mem::take(&mut optics).notes(before, path));
+            }
             materials.push(MtlMaterial {
-                diffuse: [0.8; 3],
+                diffuse: None,
                 ..MtlMaterial::grey(rest)
             });
         } else if let Some(material) = materials.last_mut() {
             let done = match keyword {
-                "map_Kd" => MtlMap::read(rest, folder).map(|map| material.diffuse_map = Some(map)),
-                "map_d" => MtlMap::read(rest, folder).map(|map| material.opacity_map = Some(map)),
+                "map_Kd" | "map_d" => MtlMap::read(rest, folder).map(|map| {
+                    notes.extend(map.left_out.iter().map(|what| note(what)));
+                    match keyword {
+                        "map_Kd" => material.diffuse_map = Some(map),
+                        _ => material.opacity_map = Some(map),
+                    }
+                }),
                 // Where both stand `d` decides.
                 "Tr" if has_opacity => Ok(()),
                 "Kd" | "Ks" | "Ke" | "Ns" | "d" | "Tr" => {
@@ -193,8 +219,11 @@ fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMateria
                         set(material, keyword, kept);
                     })
                 }
+                "Ni" => colour(rest).map(|n| optics.index = Some(n[0])),
+                "Tf" => colour(rest).map(|filter| optics.filter = Some(filter)),
+                "illum" => colour(rest).map(|model| optics.model = Some(model[0])),
                 // What no shading here depends on.
-                "Ka" | "map_Ka" | "Ni" | "Tf" | "illum" | "sharpness" | "map_aat" | "" => Ok(()),
+                "Ka" | "map_Ka" | "sharpness" | "map_aat" | "" => Ok(()),
                 _ => Err("only Kd, Ks, Ke, Ns, d, Tr, map_Kd and map_d are read".to_owned()),
             };
             if let Err(why) = done {
@@ -203,7 +232,50 @@ fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMateria
         }
         line += lines;
     }
+    if let Some(last) = materials.last() {
+        notes.extend(optics.notes(last, path));
+    }
     materials
+}
+
+impl Optics {
+    /// What is not built of it and would change the look of a material.
+    fn notes(&self, material: &MtlMaterial, path: &Path) -> Vec<String> {
+        let place = format!("{}: material `{}`", path.display(), material.name);
+        let model = self.model.unwrap_or(2.0);
+        let glass = [4.0, 6.0, 7.0, 9.0].contains(&model);
+        let passes = glass || material.opacity < 1.0 || material.opacity_map.is_some();
+        let mut notes = Vec::new();
+        if material.diffuse_map.is_some() && material.diffuse == Some([0.0; 3]) {
+            notes.push(format!("{place}: its `Kd` of 0 makes `map_Kd` black"));
+        }
+        if model < 2.0 && material.specular.iter().any(|&s| s > 0.0) {
+            notes.push(format!(
+                "{place}: `illum {model}` has no gloss, its `Ks` is kept"
+            ));
+        }
+        if glass {
+            notes.push(format!(
+                "{place}: `illum {model}` asks for glass, which is not built: `d` alone counts"
+            ));
+        }
+        if model == 10.0 {
+            notes.push(format!(
+                "{place}: `illum 10` shows shadows alone, here the surface as well"
+            ));
+        }
+        if passes && !glass && self.index.is_some_and(|n| n != 1.0) {
+            notes.push(format!(
+                "{place}: `Ni` is left out: what passes is not bent"
+            ));
+        }
+        if passes && self.filter.is_some_and(|filter| filter != [1.0; 3]) {
+            notes.push(format!(
+                "{place}: `Tf` is left out: what passes is not coloured"
+            ));
+        }
+        notes
+    }
 }
 
 /// The first word of a text, and what follows it.
@@ -262,15 +334,24 @@ impl MtlMap {
                     break;
                 }
                 numbers.extend(number);
-                if option == "-clamp" {
-                    map.clamp = word == "on";
-                }
                 rest = after;
+                map.word(option, word);
             }
             let pair = |default: f32| [0, 1].map(|i| numbers.get(i).copied().unwrap_or(default));
             match option {
                 "-s" => map.scale = pair(1.0),
                 "-o" => map.offset = pair(0.0),
+                "-mm" => {
+                    map.gain = numbers.get(1).copied().unwrap_or(1.0);
+                    if numbers.first().is_some_and(|&base| base != 0.0) {
+                        map.left_out
+                            .push("the base value of `-mm` is left out".into());
+                    }
+                }
+                "-t" if numbers.iter().any(|&n| n != 0.0) => {
+                    map.left_out
+                        .push("the turbulence of `-t` is left out".into());
+                }
                 _ => {}
             }
         }
@@ -284,6 +365,20 @@ impl MtlMap {
     }
 }
 
+impl MtlMap {
+    /// An option that is a word.
+    fn word(&mut self, option: &str, word: &str) {
+        match (option, word) {
+            ("-clamp", _) => self.clamp = word == "on",
+            ("-cc", "on") | ("-imfchan", "r" | "g" | "b" | "z") => {
+                self.left_out
+                    .push(format!("`{option} {word}` of a map is left out"));
+            }
+            _ => {}
+        }
+    }
+}
+
 /// The option that a text begins with, and what follows it.
 fn option(text: &str) -> Option<(&str, &str)> {
     let (word, rest) = split_word(text);
@@ -293,7 +388,7 @@ fn option(text: &str) -> Option<(&str, &str)> {
 
 fn set(material: &mut MtlMaterial, keyword: &str, colour: [f32; 3]) {
     match keyword {
-        "Kd" => material.diffuse = colour,
+        "Kd" => material.diffuse = Some(colour),
         "Ks" => material.specular = colour,
         "Ke" => material.emission = colour,
         "Ns" => material.exponent = colour[0],
@@ -319,6 +414,7 @@ pub(super) fn coated(diffuse: ColourSource, specular: [f32; 3], alpha: f32) -> B
         alpha,
         distribution: MicrofacetDistribution::Ggx,
         nonlinear: false,
+        lossless: true,
     }
 }
 
@@ -345,7 +441,7 @@ mod tests {
         let m = &materials[0];
         assert_eq!(
             (m.name.as_str(), m.diffuse, m.opacity),
-            ("a b", [0.1, 0.2, 0.3], 0.75)
+            ("a b", Some([0.1, 0.2, 0.3]), 0.75)
         );
         let map = m.diffuse_map.clone().unwrap();
         assert_eq!(map.file, Path::new("d/t/x y.png"));
@@ -376,7 +472,8 @@ mod tests {
             let (materials, notes) = parsed(&format!("newmtl a\n{line}\nNs 7\n"));
             assert!(notes[0].starts_with(expected), "{notes:?}");
             assert_eq!((notes.len(), materials[0].exponent), (1, 7.0));
-            assert!(materials[0].diffuse.iter().all(|d| (0.0..=1.0).contains(d)));
+            let mut diffuse = materials[0].diffuse.iter().flatten();
+            assert!(diffuse.all(|d| (0.0..=1.0).contains(d)));
         }
     }
 
@@ -408,6 +505,36 @@ mod tests {
             (Path::new("d/-1.png"), true)
         );
         assert_eq!(map("-mm 0 1 wood 2.png").file, Path::new("d/wood 2.png"));
+        let dimmed = map("-mm 0.1 0.5 -t 1 -cc on -imfchan l a.png");
+        assert_eq!((dimmed.gain, dimmed.left_out.len()), (0.5, 3));
+        assert!(map("-t 0 0 0 -mm 0 2 -cc off a.png").left_out.is_empty());
+    }
+
+    #[test]
+    fn what_would_bend_or_colour_what_passes_is_told() {
+        for (text, told) in [
+            ("Ni 1.5\nTf 0.5\nillum 2", vec![]),
+            ("Ni 1.0\nTf 1 1 1\nd 0.5", vec![]),
+            ("d 0.5\nNi 1.5\nTf 0.5 1 1", vec!["`Ni`", "`Tf`"]),
+            ("illum 7\nNi 1.5\nTf 1", vec!["`illum 7`"]),
+            ("Ks 0.5\nillum 1", vec!["`illum 1`"]),
+            ("Ks 0\nillum 1", vec![]),
+            ("illum 10", vec!["`illum 10`"]),
+            ("map_Kd -mm 0.2 1 a.png", vec!["`-mm`"]),
+        ] {
+            for text in [
+                format!("newmtl a\n{text}\nnewmtl b\n"),
+                format!("newmtl a\n{text}\n"),
+            ] {
+                let (_, notes) = parsed(&text);
+                assert_eq!(notes.len(), told.len(), "{text}: {notes:?}");
+                let found = notes.iter().zip(&told);
+                assert!(
+                    found.into_iter().all(|(note, word)| note.contains(word)),
+                    "{notes:?}"
+                );
+            }
+        }
     }
 
     #[test]
@@ -440,7 +567,8 @@ mod tests {
             assert!(notes.is_empty(), "{notes:?}");
             let found: Vec<f32> = materials
                 .iter()
-                .flat_map(|m| [m.diffuse[0], m.diffuse[2]])
+                .filter_map(|m| m.diffuse)
+                .flat_map(|diffuse| [diffuse[0], diffuse[2]])
                 .collect();
             assert_eq!((found[0], found[3]), (red, red));
             assert_eq!(materials.len(), 2, "nothing has the third");

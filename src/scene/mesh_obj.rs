@@ -2,15 +2,17 @@
 
 use std::borrow::Cow;
 use std::cell::Cell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec2, Vec3};
 
+use super::mesh::FileMesh;
 use super::mesh_mtl::used_materials;
-use super::obj_text::plain_obj;
+use super::obj_text::{PlainObj, plain_obj};
+use super::polygon::{fan_covers, is_large, triangles_of};
 use super::text::{advice, file_error};
 use super::{Mesh, SceneError};
 
@@ -20,13 +22,14 @@ pub(super) struct ObjFile {
     models: Vec<tobj::Model>,
     /// Where the faces of each object, of each group and of each material (`usemtl stone`) are in `models`.
     parts: HashMap<String, Vec<usize>>,
+    /// What of the file is left out.
+    notes: Vec<String>,
 }
 
 impl ObjFile {
     /// Reads all faces of a file.
     ///
-    /// Polygons become fans, relative indices are resolved; material libraries are
-    /// [`super::mesh_mtl`]'s. Corners
+    /// Polygons become triangles, relative indices are resolved; material libraries are [`super::mesh_mtl`]'s. Corners
     /// without normal get a zero one, corners without texture coordinate (0, 0). Fails with the line on
     /// anything that cannot be read, on indices out of range, and on files without a face (truncated).
     pub fn read(path: &Path) -> Result<Self, SceneError> {
@@ -36,7 +39,10 @@ impl ObjFile {
 
     /// The bytes of a file; `path` is for messages.
     pub fn parse(bytes: &[u8], path: &Path) -> Result<Self, SceneError> {
-        let plain = plain_obj(bytes);
+        let PlainObj {
+            text: plain,
+            left_out,
+        } = plain_obj(bytes);
         let at = |(line, message): (usize, String)| SceneError::At {
             file: path.to_owned(),
             line,
@@ -44,8 +50,9 @@ impl ObjFile {
             message,
         };
         let survey = Survey::of(&plain).map_err(at)?;
-        let text = if survey.is_mixed() {
-            Cow::Owned(complete_corners(&plain))
+        let hollow = survey.polygons > 0 && has_hollow(&plain, &survey.positions);
+        let text = if survey.is_mixed() || hollow {
+            Cow::Owned(survey.rewritten(&plain))
         } else {
             Cow::Borrowed(plain.as_str())
         };
@@ -92,17 +99,19 @@ impl ObjFile {
             path: path.to_owned(),
             models,
             parts,
+            notes: notes_of(path, left_out, &survey),
         })
     }
 
     /// All faces, or those of the object or group called `part`, or, for a `part` like `usemtl stone`, those of one
     /// material.
-    pub fn mesh(&self, part: Option<&str>) -> Result<Mesh, SceneError> {
+    pub fn mesh(&self, part: Option<&str>) -> Result<FileMesh, SceneError> {
         let mut mesh = Mesh::default();
+        let notes = self.notes.clone();
         let Some(name) = part else {
             let all = self.models.iter();
             all.for_each(|model| mesh.append(&convert(&model.mesh)));
-            return Ok(mesh);
+            return Ok(FileMesh { mesh, notes });
         };
         let Some(chosen) = self.parts.get(name) else {
             let mut known: Vec<&str> = self.parts.keys().map(String::as_str).collect();
@@ -113,8 +122,24 @@ impl ObjFile {
         for &index in chosen {
             mesh.append(&convert(&self.models[index].mesh));
         }
-        Ok(mesh)
+        Ok(FileMesh { mesh, notes })
     }
+}
+
+/// A sentence for each kind of thing that is left out.
+fn notes_of(path: &Path, left_out: BTreeMap<String, usize>, survey: &Survey) -> Vec<String> {
+    let path = path.display();
+    let left_out = left_out.into_iter();
+    let mut notes: Vec<String> = left_out
+        .map(|(what, count)| format!("{path}: {what} are left out ({count} times)"))
+        .collect();
+    if survey.large > 0 {
+        let count = survey.large;
+        notes.push(format!(
+            "{path}: faces of so many corners that they become fans, whether convex or not: {count}"
+        ));
+    }
+    notes
 }
 
 fn convert(mesh: &tobj::Mesh) -> Mesh {
@@ -151,6 +176,11 @@ struct Survey {
     /// Largest index (from 1) of each kind and its line.
     largest: [(i64, usize); 3],
     faces: usize,
+    /// Faces of more than three corners, and those of them that are too large to look at.
+    polygons: usize,
+    large: usize,
+    /// Of the vertices, if there are such faces; NaN where they cannot be read.
+    positions: Vec<DVec3>,
 }
 
 const ATTRIBUTES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
@@ -184,6 +214,10 @@ impl Survey {
         if survey.faces == 0 {
             return Err((last_line, "the file has no faces; is it truncated?".into()));
         }
+        if survey.polygons > 0 {
+            let vertices = text.lines().filter(|line| keyword(line) == "v");
+            survey.positions = vertices.map(position).collect();
+        }
         Ok(survey)
     }
 
@@ -214,6 +248,8 @@ impl Survey {
             return Err((number, message));
         }
         self.faces += 1;
+        self.polygons += usize::from(corners > 3);
+        self.large += usize::from(is_large(corners));
         Ok(())
     }
 
@@ -261,34 +297,100 @@ fn resolve_corner(corner: &str, counts: &[i64; 3]) -> Result<[Option<i64>; 3], S
     Ok(indices)
 }
 
-/// Rewrites a surveyed file so that every corner has all three indices: those that were absent point
-/// to a zero normal or texture coordinate put in front.
-fn complete_corners(text: &str) -> String {
-    let mut out = String::with_capacity(text.len() * 5 / 4);
-    out.push_str("vt 0 0\nvn 0 0 0\n");
-    let mut counts = [0_i64; 3];
-    for line in text.lines() {
-        match keyword(line) {
-            "v" => counts[0] += 1,
-            "vt" => counts[1] += 1,
-            "vn" => counts[2] += 1,
-            "f" => {
-                out.push('f');
-                for corner in line.split_whitespace().skip(1) {
-                    if let Ok([v, vt, vn]) = resolve_corner(corner, &counts) {
-                        let (vt, vn) = (vt.unwrap_or(0) + 1, vn.unwrap_or(0) + 1);
-                        let _ = write!(out, " {}/{vt}/{vn}", v.unwrap_or(1));
-                    }
-                }
+/// The three numbers of a vertex, NaN for what is none.
+fn position(line: &str) -> DVec3 {
+    let mut words = line.split_whitespace().skip(1);
+    let mut number = || {
+        words
+            .next()
+            .and_then(|w| w.parse().ok())
+            .unwrap_or(f64::NAN)
+    };
+    DVec3::new(number(), number(), number())
+}
+
+/// Whether a fan does not cover one of the faces of a surveyed file once.
+fn has_hollow(text: &str, positions: &[DVec3]) -> bool {
+    let mut counts = [0; 3];
+    text.lines().any(|line| match keyword(line) {
+        "f" => {
+            line.split_whitespace().nth(4).is_some() && {
+                let corners: Vec<_> = corners_of(line, &counts);
+                !fan_covers(&places_of(&corners, positions))
+            }
+        }
+        word => {
+            count(word, &mut counts);
+            false
+        }
+    })
+}
+
+/// Counts what a statement declares.
+fn count(keyword: &str, counts: &mut [i64; 3]) {
+    let kind = ["v", "vt", "vn"].iter().position(|kind| *kind == keyword);
+    kind.into_iter().for_each(|kind| counts[kind] += 1);
+}
+
+type Corner = [Option<i64>; 3];
+
+fn corners_of(face: &str, counts: &[i64; 3]) -> Vec<Corner> {
+    let corners = face.split_whitespace().skip(1);
+    corners
+        .filter_map(|corner| resolve_corner(corner, counts).ok())
+        .collect()
+}
+
+fn places_of(corners: &[Corner], positions: &[DVec3]) -> Vec<DVec3> {
+    let place = |corner: &Corner| positions.get((corner[0]? - 1) as usize).copied();
+    corners
+        .iter()
+        .map(|corner| place(corner).unwrap_or(DVec3::NAN))
+        .collect()
+}
+
+impl Survey {
+    /// A surveyed file with triangles for polygons. Where only some corners have a normal or texture coordinate every
+    /// corner gets all three indices: those that were absent point to a zero one put in front.
+    fn rewritten(&self, text: &str) -> String {
+        let mut out = String::with_capacity(text.len() * 5 / 4);
+        let complete = self.is_mixed();
+        if complete {
+            out.push_str("vt 0 0\nvn 0 0 0\n");
+        }
+        let mut counts = [0_i64; 3];
+        for line in text.lines() {
+            let word = keyword(line);
+            count(word, &mut counts);
+            if word != "f" {
+                out.push_str(line);
                 out.push('\n');
                 continue;
             }
-            _ => {}
+            let corners = corners_of(line, &counts);
+            for triangle in triangles_of(&places_of(&corners, &self.positions)) {
+                out.push('f');
+                for corner in triangle.map(|i| corners[i]) {
+                    out.push(' ');
+                    push_corner(&mut out, corner, complete);
+                }
+                out.push('\n');
+            }
         }
-        out.push_str(line);
-        out.push('\n');
+        out
     }
-    out
+}
+
+fn push_corner(out: &mut String, [v, vt, vn]: Corner, complete: bool) {
+    let v = v.unwrap_or(1);
+    // Writing to a string cannot fail.
+    let _ = match (complete, vt, vn) {
+        (true, _, _) => write!(out, "{v}/{}/{}", vt.unwrap_or(0) + 1, vn.unwrap_or(0) + 1),
+        (false, None, None) => write!(out, "{v}"),
+        (false, Some(vt), None) => write!(out, "{v}/{vt}"),
+        (false, None, Some(vn)) => write!(out, "{v}//{vn}"),
+        (false, Some(vt), Some(vn)) => write!(out, "{v}/{vt}/{vn}"),
+    };
 }
 
 /// The first line whose numbers `tobj` refuses.
@@ -328,6 +430,7 @@ mod tests {
     fn parse(text: &str) -> Result<Mesh, String> {
         let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj"));
         file.and_then(|file| file.mesh(None))
+            .map(|read| read.mesh)
             .map_err(|e| e.to_string())
     }
 
@@ -343,6 +446,57 @@ mod tests {
     fn polygons_become_fans() {
         let mesh = parse(&format!("{CORNERS}f 1 2 3 4 5\n")).unwrap();
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    }
+
+    /// Area of a mesh in the xy plane, signed.
+    fn areas(mesh: &Mesh) -> Vec<f64> {
+        let corners = |t: &[u32; 3]| t.map(|i| mesh.positions[i as usize]);
+        let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).z;
+        mesh.triangles.iter().map(corners).map(area).collect()
+    }
+
+    #[test]
+    fn hollow_polygons_are_covered_once() {
+        // The hollow corner is the second.
+        let arrow = "v 0 2 0\nv 0.5 0.5 0\nv 2 0 0\nv 0 0 0\nvt 0.5\n";
+        for face in [
+            "f 4 3 2 1",
+            "f 3 2 1 4",
+            "f -2 -3 -4 -1",
+            "f 3/1 2/1 1/1 4/1",
+            "f 3 2/1 1 4",
+        ] {
+            let mesh = parse(&format!("{arrow}{face}\n")).unwrap();
+            let areas = areas(&mesh);
+            assert_eq!(areas.len(), 2, "{face}");
+            let sum: f64 = areas.iter().sum();
+            assert!(
+                areas.iter().all(|a| *a > 0.0) && (sum - 1.0).abs() < 1e-12,
+                "{face}: {areas:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn coordinates_of_one_number_have_a_second_of_0() {
+        let mesh = parse(&format!("{CORNERS}vt 0.25\nvt 1 # end\nf 1/1 2/2 3/2\n")).unwrap();
+        assert_eq!(mesh.uvs[..2], [Vec2::new(0.25, 0.0), Vec2::X]);
+        let error = parse(&format!("{CORNERS}vt\nf 1/1 2/1 3/1\n")).unwrap_err();
+        assert!(
+            error.starts_with("t.obj:6:1: expected 2 numbers"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_is_left_out_is_told() {
+        let text = format!("v 9 9 9 1 0 0\n{CORNERS}f 2 3 4\nl 1 2\nl 2 3\n");
+        let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
+        let expected = [
+            "t.obj: colours of vertices are left out (1 times)",
+            "t.obj: lines (`l`) are left out (2 times)",
+        ];
+        assert_eq!(file.mesh(None).unwrap().notes, expected);
     }
 
     #[test]
@@ -379,7 +533,7 @@ mod tests {
             "mtllib gone.mtl\n{CORNERS}g left\nusemtl stone\nf 1 2 3\ng right\nf 1 3 4\nf 1 4 5\n"
         );
         let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
-        let part = |name| file.mesh(Some(name));
+        let part = |name| file.mesh(Some(name)).map(|read| read.mesh);
         assert_eq!(part("right").unwrap().triangles.len(), 2);
         let error = part("rihgt").unwrap_err().to_string();
         assert!(error.contains("did you mean `right`"), "{error}");
@@ -392,7 +546,7 @@ mod tests {
             "{CORNERS}mtllib a.mtl\nusemtl one\nf 1 2 3\nmtllib b.mtl\nusemtl two\nf 1 3 4\nf 1 4 5\n"
         );
         let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
-        let count = |name| file.mesh(Some(name)).unwrap().triangles.len();
+        let count = |name| file.mesh(Some(name)).unwrap().mesh.triangles.len();
         assert_eq!([count("usemtl one"), count("usemtl two")], [1, 2]);
     }
 

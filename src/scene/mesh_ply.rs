@@ -1,130 +1,140 @@
 //! Stanford PLY through `ply-rs-bw`, ascii and binary.
 
-use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 
 use glam::{DVec3, Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{Encoding, Property, PropertyAccess, PropertyAccessResult};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
+};
 
+use super::mesh::FileMesh;
+use super::ply_text::{plain_ply, plainly};
+use super::polygon::triangles_of;
 use super::text::file_error;
 use super::{Mesh, SceneError};
 
-/// Loads the vertices and faces of a PLY file; polygons become fans.
+/// Loads the vertices, faces and triangle strips of a PLY file; polygons become triangles.
 ///
-/// Normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v`) are optional.
-/// Damage is reported with the line (ascii) or the byte offset (binary).
-pub(super) fn load_ply(path: &Path) -> Result<Mesh, SceneError> {
+/// Normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v`, or the list `texcoord` of faces, which
+/// comes first) are optional. Damage is reported with the line (ascii) or the byte offset (binary).
+pub(super) fn load_ply(path: &Path) -> Result<FileMesh, SceneError> {
     let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
     parse_ply(&bytes, path)
 }
 
 /// [`load_ply`] of the bytes of a file; messages name `path`.
-pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<Mesh, SceneError> {
-    let bytes = plain(bytes);
+pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<FileMesh, SceneError> {
+    let bytes = plain_ply(bytes);
     let mut reader = Reader::new(Cursor::new(bytes.as_ref()));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
         .map_err(|e| located(path, &e, None))?;
-    let binary = header.encoding != Encoding::Ascii;
-    let mut mesh = Mesh::default();
-    let mut faces = None;
+    let mut file = PlyFile {
+        header: &header,
+        path,
+        read: FileMesh::default(),
+        faces: None,
+    };
     for (name, element) in &header.elements {
-        let (count, most) = (element.count as u64, bytes.len() as u64);
-        if count > 0 && element.properties.is_empty() {
-            let message = format!("element `{name}` has entries and no properties");
-            return Err(file_error(path, message));
-        }
-        if count > most {
-            let message = format!("{count} entries of `{name}` are promised in {most} bytes");
-            return Err(file_error(path, message));
-        }
-        let result = match name.as_str() {
-            "vertex" => Parser::<Vertex>::new()
-                .read_payload_for_element(&mut reader, element, &header)
-                .map(|vertices| {
-                    let has = |p: &str| element.properties.contains_key(p);
-                    add_vertices(
-                        &mut mesh,
-                        &vertices,
-                        has("nx"),
-                        UV_NAMES.iter().any(|n| has(n)),
-                    );
-                    if COLOUR_NAMES
-                        .iter()
-                        .any(|names| names.iter().all(|n| has(n)))
-                    {
-                        mesh.colours = vertices.iter().map(|v| v.colour).collect();
-                    }
-                }),
-            "face" => Parser::<Face>::new()
-                .read_payload_for_element(&mut reader, element, &header)
-                .map(|read| faces = Some(read)),
-            _ => Parser::<Skipped>::new()
-                .read_payload_for_element(&mut reader, element, &header)
-                .map(|_| ()),
+        file.check(name, element, bytes.len())?;
+        file.element(&mut reader, name, element)?;
+    }
+    file.finish()
+}
+
+/// A file that is being read.
+struct PlyFile<'a> {
+    header: &'a Header,
+    path: &'a Path,
+    read: FileMesh,
+    /// Those of faces, then of strips; none before either was met.
+    faces: Option<Vec<Face>>,
+}
+
+type Bytes<'a> = Reader<Cursor<&'a [u8]>>;
+
+impl PlyFile<'_> {
+    fn check(&self, name: &str, element: &ElementDef, bytes: usize) -> Result<(), SceneError> {
+        let (count, most) = (element.count as u64, bytes as u64);
+        let message = if count > 0 && element.properties.is_empty() {
+            format!("element `{name}` has entries and no properties")
+        } else if count > most {
+            format!("{count} entries of `{name}` are promised in {most} bytes")
+        } else {
+            let lacks = |axis: &&&str| !element.properties.contains_key(**axis);
+            match ["x", "y", "z"].iter().find(lacks) {
+                Some(axis) if name == "vertex" => {
+                    format!("element `vertex` has no property `{axis}`")
+                }
+                _ => return Ok(()),
+            }
         };
-        let offset = binary.then(|| reader.get_ref().position());
-        result.map_err(|e| located(path, &e, offset))?;
+        Err(file_error(self.path, message))
     }
-    let faces = faces.ok_or_else(|| file_error(path, "no `face` element; is it a point cloud?"))?;
-    add_faces(&mut mesh, &faces).map_err(|message| file_error(path, message))?;
-    Ok(mesh)
-}
 
-/// The file as the parser understands it, with as many lines: without characters beyond ASCII in the header (comments may
-/// have them in any encoding), with line feeds where lines end in carriage returns alone, and in text with numbers for what
-/// is none: vertices that are not finite are left to whoever uses them, as in OBJ files.
-fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
-    const END: &[u8] = b"end_header";
-    let end = bytes.windows(END.len()).position(|window| window == END);
-    let Some(end) = end.map(|start| start + END.len()) else {
-        return Cow::Borrowed(bytes);
-    };
-    let (header, body) = bytes.split_at(end);
-    let is_text = header.windows(12).any(|w| w == b"format ascii");
-    let returns_alone = !header.contains(&b'\n');
-    let feed = |byte: u8| match byte {
-        b'\r' if returns_alone => b'\n',
-        byte => byte,
-    };
-    let header = header.iter().map(|&byte| match byte.is_ascii() {
-        true => feed(byte),
-        false => b'?',
-    });
-    let mut plain: Vec<u8> = header.collect();
-    match (is_text, body) {
-        (true, _) => plain.extend(finite_words(body).into_iter().map(feed)),
-        // The one that ends the header.
-        (false, [first, rest @ ..]) => {
-            plain.push(feed(*first));
-            plain.extend(rest);
+    fn element(
+        &mut self,
+        reader: &mut Bytes,
+        name: &str,
+        element: &ElementDef,
+    ) -> Result<(), SceneError> {
+        match name {
+            "vertex" => {
+                let vertices: Vec<Vertex> = self.entries(reader, element)?;
+                add_vertices(&mut self.read.mesh, &vertices, element);
+            }
+            "face" => {
+                let faces = self.entries(reader, element)?;
+                self.faces.get_or_insert_default().extend(faces);
+            }
+            "tristrips" => {
+                let strips: Vec<Strip> = self.entries(reader, element)?;
+                let triangles = strips.iter().flat_map(|strip| triangles_of_strip(&strip.0));
+                self.faces.get_or_insert_default().extend(triangles);
+            }
+            _ => {
+                self.entries::<Skipped>(reader, element)?;
+                if element.count > 0 {
+                    let (path, count) = (self.path.display(), element.count);
+                    let note = format!("{path}: element `{name}` is left out, {count} entries");
+                    self.read.notes.push(note);
+                }
+            }
         }
-        (false, []) => {}
+        Ok(())
     }
-    Cow::Owned(plain)
-}
 
-/// A text in which `nan`, `inf` and what C libraries print for them are numbers beyond all that are finite.
-fn finite_words(body: &[u8]) -> Vec<u8> {
-    let is_number = |word: &[u8]| {
-        let numeric = |b: &u8| b.is_ascii_digit() || b"+-.eE".contains(b);
-        word.iter().all(numeric)
-    };
-    let mut out = Vec::with_capacity(body.len());
-    for word in body.split_inclusive(u8::is_ascii_whitespace) {
-        let end = word.iter().position(u8::is_ascii_whitespace);
-        let (word, blank) = word.split_at(end.unwrap_or(word.len()));
-        let lower = String::from_utf8_lossy(word).to_lowercase();
-        let odd = !is_number(word)
-            && ["nan", "inf", "#ind", "#qnan"]
-                .iter()
-                .any(|n| lower.contains(n));
-        out.extend(if odd { b"1e999".as_slice() } else { word });
-        out.extend(blank);
+    fn entries<E: PropertyAccess>(
+        &self,
+        reader: &mut Bytes,
+        element: &ElementDef,
+    ) -> Result<Vec<E>, SceneError> {
+        let read = Parser::<E>::new().read_payload_for_element(reader, element, self.header);
+        let binary = self.header.encoding != Encoding::Ascii;
+        let offset = binary.then(|| reader.get_ref().position());
+        read.map_err(|e| located(self.path, &e, offset))
     }
-    out
+
+    fn finish(mut self) -> Result<FileMesh, SceneError> {
+        let error = |message: &str| file_error(self.path, message);
+        let faces = self.faces.as_ref();
+        let faces = faces.ok_or_else(|| error("no `face` element; is it a point cloud?"))?;
+        let pictures = faces.iter().filter_map(|face| face.picture);
+        let first = pictures.clone().next();
+        if pictures.clone().any(|picture| Some(picture) != first) {
+            let path = self.path.display();
+            let note = format!("{path}: faces of several textures (`texnumber`) get the same one");
+            self.read.notes.push(note);
+        }
+        add_faces(&mut self.read.mesh, faces).map_err(|message| error(&message))?;
+        if faces.iter().any(|face| !face.uvs.is_empty()) {
+            split_at_seams(&mut self.read.mesh, faces);
+        }
+        Ok(self.read)
+    }
 }
 
 fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
@@ -144,33 +154,18 @@ fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
     }
 }
 
-/// A message of the parser without its own structures.
-fn plainly(message: &str) -> String {
-    let message: Vec<&str> = message.split_whitespace().collect();
-    let message = message.join(" ");
-    let Some((what, rest)) = message.split_once(" String: '") else {
-        return message
-            .split(" Error: ")
-            .next()
-            .unwrap_or_default()
-            .to_owned();
-    };
-    let found = rest.split("' Error:").next().unwrap_or(rest).trim();
-    let found: String = found.chars().take(60).collect();
-    let what = what.trim_end_matches('.');
-    match what.contains("element") {
-        true => format!("`{found}` is not what the header declares"),
-        false => format!("{what}: `{found}`"),
-    }
-}
-
-fn add_vertices(mesh: &mut Mesh, vertices: &[Vertex], has_normals: bool, has_uvs: bool) {
+fn add_vertices(mesh: &mut Mesh, vertices: &[Vertex], element: &ElementDef) {
+    let has = |name: &str| element.properties.contains_key(name);
     mesh.positions = vertices.iter().map(|v| v.position).collect();
-    if has_normals {
+    if has("nx") {
         mesh.normals = vertices.iter().map(|v| v.normal).collect();
     }
-    if has_uvs {
+    if UV_NAMES.iter().any(|name| has(name)) {
         mesh.uvs = vertices.iter().map(|v| v.uv).collect();
+    }
+    let mut colours = COLOUR_NAMES.iter();
+    if colours.any(|names| names.iter().all(|name| has(name))) {
+        mesh.colours = vertices.iter().map(|v| v.colour).collect();
     }
 }
 
@@ -187,13 +182,78 @@ fn add_faces(mesh: &mut Mesh, faces: &[Face]) -> Result<(), String> {
                 "face {number} (from 0) names vertex {bad}, the file has {count}"
             ));
         }
-        for pair in corners[1..].windows(2) {
-            mesh.triangles.push([corners[0], pair[0], pair[1]]);
+        let coordinates = face.uvs.len();
+        if coordinates != 0 && coordinates != 2 * corners.len() {
+            return Err(format!(
+                "face {number} (from 0) has {coordinates} texture coordinates for {} vertices",
+                corners.len()
+            ));
         }
+        let triangles = triangles_of_face(mesh, corners);
+        mesh.triangles
+            .extend(triangles.iter().map(|t| t.map(|i| corners[i])));
     }
     match mesh.triangles.is_empty() {
         true => Err("the file has no faces; is it truncated?".into()),
         false => Ok(()),
+    }
+}
+
+/// Triangles of a face, as places in its corners.
+fn triangles_of_face(mesh: &Mesh, corners: &[u32]) -> Vec<[usize; 3]> {
+    if let [_, _, _] = corners {
+        return vec![[0, 1, 2]];
+    }
+    let corners = corners.iter().map(|&i| mesh.positions[i as usize]);
+    triangles_of(&corners.collect::<Vec<_>>())
+}
+
+/// Triangles of a strip: every vertex makes one with the two before it, every other one is turned, and −1 begins anew.
+fn triangles_of_strip(strip: &[i64]) -> impl Iterator<Item = Face> {
+    let runs = strip.split(|&i| i < 0);
+    let windows = runs.flat_map(|run| run.windows(3).enumerate());
+    windows.map(|(i, c)| {
+        let corners = if i % 2 == 0 {
+            [c[0], c[1], c[2]]
+        } else {
+            [c[1], c[0], c[2]]
+        };
+        Face {
+            // An index beyond 32 bits is none of a vertex.
+            corners: Some(
+                corners
+                    .map(|i| u32::try_from(i).unwrap_or(u32::MAX))
+                    .to_vec(),
+            ),
+            ..Face::default()
+        }
+    })
+}
+
+/// Gives every corner the texture coordinates of its face: vertices that have several are repeated.
+fn split_at_seams(mesh: &mut Mesh, faces: &[Face]) {
+    let whole = std::mem::take(mesh);
+    let mut known = HashMap::new();
+    for face in faces {
+        let corners = face.corners.as_deref().unwrap_or_default();
+        let split: Vec<u32> = (0..corners.len())
+            .map(|i| {
+                let uv = face.uvs.get(2 * i..2 * i + 2);
+                let uv = uv.map_or(Vec2::ZERO, Vec2::from_slice);
+                let key = (corners[i], uv.to_array().map(f32::to_bits));
+                *known.entry(key).or_insert_with(|| {
+                    let vertex = corners[i] as usize;
+                    mesh.positions.push(whole.positions[vertex]);
+                    mesh.normals.extend(whole.normals.get(vertex));
+                    mesh.colours.extend(whole.colours.get(vertex));
+                    mesh.uvs.push(uv);
+                    mesh.positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        let triangles = triangles_of_face(&whole, corners);
+        mesh.triangles
+            .extend(triangles.iter().map(|t| t.map(|i| split[i])));
     }
 }
 
@@ -263,6 +323,10 @@ fn number(property: &Property) -> Option<f64> {
 #[derive(Default)]
 struct Face {
     corners: Option<Vec<u32>>,
+    /// Texture coordinates of its corners, u and v in turn, or empty.
+    uvs: Vec<f32>,
+    /// Which of the textures of the file it has.
+    picture: Option<i64>,
 }
 
 impl PropertyAccess for Face {
@@ -271,16 +335,46 @@ impl PropertyAccess for Face {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        match name {
+            "vertex_indices" | "vertex_index" => match property.to_u32_list() {
+                Some(corners) => self.corners = Some(corners),
+                None => return PropertyAccessResult::UnsupportedType,
+            },
+            "texcoord" => match property {
+                Property::ListFloat(uvs) => self.uvs = uvs,
+                Property::ListDouble(uvs) => self.uvs = uvs.iter().map(|&x| x as f32).collect(),
+                _ => return PropertyAccessResult::UnsupportedType,
+            },
+            "texnumber" => self.picture = number(&property).map(|n| n as i64),
+            _ => return PropertyAccessResult::Ignored,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+/// Vertices of triangles that share edges, and −1 between strips.
+#[derive(Default)]
+struct Strip(Vec<i64>);
+
+impl PropertyAccess for Strip {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
         if !matches!(name, "vertex_indices" | "vertex_index") {
             return PropertyAccessResult::Ignored;
         }
-        match property.to_u32_list() {
-            Some(corners) => {
-                self.corners = Some(corners);
-                PropertyAccessResult::Set
-            }
-            None => PropertyAccessResult::UnsupportedType,
-        }
+        self.0 = match property {
+            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+            unsigned => match unsigned.to_u32_list() {
+                Some(list) => list.into_iter().map(i64::from).collect(),
+                None => return PropertyAccessResult::UnsupportedType,
+            },
+        };
+        PropertyAccessResult::Set
     }
 }
 
@@ -299,8 +393,12 @@ mod tests {
 
     const ASCII: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\nelement edge 1\nproperty int a\nelement face 1\nproperty uchar flag\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0 1 0 0\n1 0 0 0 0 1 1 0\n1 1 0 0 0 1 1 1\n0 1 0.5 0 0 1 0 1\n7\n9 4 0 1 2 3\n";
 
-    fn parse(bytes: &[u8]) -> Result<Mesh, String> {
+    fn read(bytes: &[u8]) -> Result<FileMesh, String> {
         parse_ply(bytes, Path::new("t.ply")).map_err(|e| e.to_string())
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Mesh, String> {
+        read(bytes).map(|read| read.mesh)
     }
 
     fn binary(big: bool) -> Vec<u8> {
@@ -415,6 +513,93 @@ mod tests {
             parse(short.as_bytes())
                 .unwrap_err()
                 .contains("fewer than three")
+        );
+    }
+    #[test]
+    fn blank_lines_of_headers_and_returns_in_bodies_are_read() {
+        let blank = ASCII.replace("element edge", "\n \nelement edge");
+        assert_eq!(parse(blank.as_bytes()).unwrap().triangles.len(), 2);
+        let cut = blank.replace("1 1 0 0 0 1 1 1\n", "1 1 0 0 0 x 1 1\n");
+        let error = parse(cut.as_bytes()).unwrap_err();
+        assert!(error.starts_with("t.ply:22:1: "), "{error}");
+        let (header, body) = ASCII.split_once("end_header\n").unwrap();
+        let mixed = format!("{header}end_header\n{}", body.replace('\n', "\r"));
+        assert_eq!(parse(mixed.as_bytes()).unwrap().triangles.len(), 2);
+        let whole = binary(false);
+        let end = whole
+            .windows(11)
+            .position(|w| w == b"end_header\n")
+            .unwrap()
+            + 11;
+        for line_end in ["\r", "\r\n"] {
+            let header = String::from_utf8_lossy(&whole[..end]).replace('\n', line_end);
+            let bytes = [header.as_bytes(), &whole[end..]].concat();
+            assert_eq!(parse(&bytes).unwrap().positions[2], DVec3::Y);
+        }
+    }
+
+    #[test]
+    fn vertices_without_an_axis_are_refused() {
+        let flat = ASCII.replace("property double z\n", "property double height\n");
+        let error = parse(flat.as_bytes()).unwrap_err();
+        assert!(error.contains("`vertex` has no property `z`"), "{error}");
+    }
+
+    #[test]
+    fn strips_are_read_and_other_elements_told() {
+        let strips = ASCII
+            .replace(
+                "element face 1\nproperty uchar flag\n",
+                "element tristrips 1\n",
+            )
+            .replace("9 4 0 1 2 3\n", "8 0 1 3 2 -1 0 1 2\n");
+        let read = read(strips.as_bytes()).unwrap();
+        assert_eq!(read.mesh.triangles, [[0, 1, 3], [3, 1, 2], [0, 1, 2]]);
+        assert_eq!(read.notes, ["t.ply: element `edge` is left out, 1 entries"]);
+        let bad = strips.replace("8 0 1 3 2", "8 0 1 3 9");
+        assert!(
+            parse(bad.as_bytes())
+                .unwrap_err()
+                .contains("names vertex 9")
+        );
+    }
+
+    #[test]
+    fn coordinates_of_corners_split_vertices() {
+        let corners = ASCII
+            .replace("element face 1", "element face 2")
+            .replace(
+                "vertex_indices\n",
+                "vertex_indices\nproperty list uchar float texcoord\nproperty int texnumber\n",
+            )
+            .replace(
+                "9 4 0 1 2 3\n",
+                "9 3 0 1 2 6 0 0 1 0 1 1 0\n9 3 0 2 3 6 0.5 0 1 1 0 1 1\n",
+            );
+        let read = read(corners.as_bytes()).unwrap();
+        let mesh = read.mesh;
+        assert_eq!(mesh.triangles, [[0, 1, 2], [3, 2, 4]], "vertex 0 is split");
+        assert_eq!(mesh.positions[3], mesh.positions[0]);
+        assert_eq!(mesh.uvs[3], Vec2::new(0.5, 0.0));
+        assert_eq!((mesh.normals.len(), mesh.uvs.len()), (5, 5));
+        assert!(read.notes.iter().any(|note| note.contains("texnumber")));
+        let short = corners.replace("6 0 0 1 0 1 1 0\n", "4 0 0 1 0 0\n");
+        let error = parse(short.as_bytes()).unwrap_err();
+        assert!(error.contains("4 texture coordinates for 3"), "{error}");
+    }
+
+    #[test]
+    fn hollow_faces_are_covered_once() {
+        let arrow = ASCII
+            .replace("0 0 0 0 0 1 0 0\n", "0 2 0 0 0 1 0 0\n")
+            .replace("1 0 0 0 0 1 1 0\n", "0 0 0 0 0 1 1 0\n")
+            .replace("1 1 0 0 0 1 1 1\n", "2 0 0 0 0 1 1 1\n")
+            .replace("0 1 0.5 0 0 1 0 1\n", "0.5 0.5 0 0 0 1 0 1\n");
+        let mesh = parse(arrow.as_bytes()).unwrap();
+        assert!(
+            mesh.triangles
+                .iter()
+                .all(|t| t.contains(&1) && t.contains(&3))
         );
     }
 }

@@ -141,7 +141,9 @@ impl<R: Read> Stream<R> {
                 .collect();
         }
         if flags & HAS_COLOURS != 0 {
-            self.numbers(vertices * 3, double)?;
+            let values = self.numbers(vertices * 3, double)?;
+            let colour = |c: &[f64]| std::array::from_fn(|i| c[i] as f32);
+            mesh.colours = values.chunks_exact(3).map(colour).collect();
         }
         let indices = self.take(triangles * 12)?;
         for triangle in indices.chunks_exact(12) {
@@ -248,6 +250,16 @@ mod tests {
                 assert!(mesh.normals.is_empty());
             }
         }
+    }
+
+    #[test]
+    fn colours_are_kept() {
+        let mut data = (HAS_COLOURS | 0x1000).to_le_bytes().to_vec();
+        data.extend([1_u64.to_le_bytes(), 0_u64.to_le_bytes()].concat());
+        let values = [0.0_f32, 0.0, 0.0, 0.25, 0.5, 0.75].map(f32::to_le_bytes);
+        data.extend(values.concat());
+        let mesh = Stream { inner: &data[..] }.mesh(3).unwrap();
+        assert_eq!(mesh.colours, [[0.25, 0.5, 0.75]]);
     }
 
     #[test]

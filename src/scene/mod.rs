@@ -25,6 +25,8 @@ mod mitsuba;
 pub mod motion;
 mod obj_text;
 pub mod path;
+mod ply_text;
+mod polygon;
 mod primitive;
 mod readers;
 pub mod shapes;

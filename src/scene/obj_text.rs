@@ -1,22 +1,40 @@
 //! OBJ and MTL files as other programs write them, made plain: one statement a line, without comments.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use super::text::decoded;
 
 /// Name of the material of faces below a `usemtl` that names none.
 const NAMELESS: &str = "(nameless)";
 
-/// The text of an OBJ file in a form that every reader understands, with every statement in the line that it began in.
-///
-/// Lines that `\` continues are joined, comments are cut off wherever they stand, and points, lines and colours of
-/// vertices, which are not used here, are left out.
-pub(super) fn plain_obj(bytes: &[u8]) -> String {
+/// Statements that shape nothing that is seen, or nothing by themselves.
+const SILENT: [&str; 29] = [
+    "", "v", "vt", "vn", "vp", "f", "g", "o", "s", "mg", "mtllib", "usemtl", "cstype", "deg",
+    "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "end", "con", "lod", "bevel", "c_interp",
+    "d_interp", "ctech", "stech",
+];
+
+/// An OBJ file in a form that every reader understands.
+#[derive(Debug, Default)]
+pub(super) struct PlainObj {
+    /// Every statement stands in the line that it began in.
+    pub text: String,
+    /// What is not used, in words, and how often it occurs.
+    pub left_out: BTreeMap<String, usize>,
+}
+
+/// The text of an OBJ file: lines that `\` continues are joined, comments are cut off wherever they stand, and points,
+/// lines, curves and colours of vertices, which are not used here, are left out and counted.
+pub(super) fn plain_obj(bytes: &[u8]) -> PlainObj {
     let text = decoded(bytes);
-    let mut plain = String::with_capacity(text.len());
+    let mut plain = PlainObj {
+        text: String::with_capacity(text.len()),
+        left_out: BTreeMap::new(),
+    };
     for (statement, lines) in statements(&text) {
-        push(&mut plain, &statement);
-        plain.extend(std::iter::repeat_n('\n', lines));
+        plain.push(&statement);
+        plain.text.extend(std::iter::repeat_n('\n', lines));
     }
     plain
 }
@@ -53,17 +71,56 @@ fn without_comment(line: &str) -> &str {
     }
 }
 
-fn push(plain: &mut String, statement: &str) {
-    let mut words = statement.split_whitespace();
-    match words.next().unwrap_or("") {
-        "l" | "p" => {}
-        "v" | "vt" | "vn" | "f" => plain.push_str(without_colour(bare(statement))),
-        "usemtl" if words.next().is_none() => {
-            plain.push_str("usemtl ");
-            plain.push_str(NAMELESS);
+impl PlainObj {
+    fn push(&mut self, statement: &str) {
+        let mut words = statement.split_whitespace();
+        let unused = match words.next().unwrap_or("") {
+            "v" => {
+                let bare = bare(statement);
+                let vertex = without_colour(bare);
+                self.text.push_str(vertex);
+                let dropped = bare[vertex.len()..].split_whitespace().count();
+                (dropped >= 3).then(|| "colours of vertices".to_owned())
+            }
+            "vt" => {
+                self.text.push_str(bare(statement));
+                if let (Some(_), None) = (words.next(), words.next()) {
+                    // A texture of one dimension.
+                    self.text.push_str(" 0");
+                }
+                None
+            }
+            "vn" | "f" => {
+                self.text.push_str(bare(statement));
+                None
+            }
+            "usemtl" if words.next().is_none() => {
+                self.text.push_str("usemtl ");
+                self.text.push_str(NAMELESS);
+                None
+            }
+            "l" => Some("lines (`l`)".to_owned()),
+            "p" => Some("points (`p`)".to_owned()),
+            word @ ("curv" | "curv2" | "surf") => {
+                Some(format!("curves and surfaces of free form (`{word}`)"))
+            }
+            known if SILENT.contains(&known) => {
+                self.text.push_str(statement);
+                None
+            }
+            other => Some(format!("unknown statements (`{}`)", clip(other))),
+        };
+        if let Some(unused) = unused {
+            *self.left_out.entry(unused).or_insert(0) += 1;
         }
-        _ => plain.push_str(statement),
     }
+}
+
+/// At most twenty characters of a word, for messages.
+fn clip(word: &str) -> &str {
+    word.char_indices()
+        .nth(20)
+        .map_or(word, |(end, _)| &word[..end])
 }
 
 /// Numbers without a comment that touches the last of them. (Some programs write `-1.#IND` for what is none.)
@@ -94,22 +151,48 @@ mod tests {
     fn statements_keep_their_lines() {
         let text = "\u{feff}v 0 0 0 # corner\r\nf 1 \\\r\n 2 3\rl 1 2 3\nv 1 2 3 0.5 0.5 0.5\nusemtl\nusemtl wood#1\n";
         assert_eq!(
-            plain_obj(text.as_bytes()),
+            plain_obj(text.as_bytes()).text,
             "v 0 0 0 \nf 1   2 3\n\n\nv 1 2 3\nusemtl (nameless)\nusemtl wood#1\n"
         );
     }
 
     #[test]
     fn endless_continuation_and_other_encodings_end() {
-        assert_eq!(plain_obj(b"f 1 2 3\\"), "f 1 2 3 \n");
-        assert_eq!(plain_obj(b"g caf\xe9\n"), "g café\n");
-        assert_eq!(plain_obj(b""), "");
+        let text = |bytes: &[u8]| plain_obj(bytes).text;
+        assert_eq!(text(b"f 1 2 3\\"), "f 1 2 3 \n");
+        assert_eq!(text(b"g caf\xe9\n"), "g café\n");
+        assert_eq!(text(b""), "");
     }
 
     #[test]
     fn what_is_no_vertex_is_left_to_be_refused() {
         for line in ["v 1 2", "v 1 2 x 4", "v 1 2 3 4 5"] {
-            assert_eq!(plain_obj(line.as_bytes()), format!("{line}\n"));
+            assert_eq!(plain_obj(line.as_bytes()).text, format!("{line}\n"));
         }
+    }
+
+    #[test]
+    fn what_is_left_out_is_counted() {
+        let text = "v 0 0 0 1 0 0\nv 1 0 0 0.5\nvt 0.25 # half\nvt 0 1\nl 1 2\nsurf 0 1 0 1 1 2\nkurv 1\nkurv 2\ns off\nend\n";
+        let plain = plain_obj(text.as_bytes());
+        let told: Vec<(&str, usize)> = plain
+            .left_out
+            .iter()
+            .map(|(w, n)| (w.as_str(), *n))
+            .collect();
+        let expected = [
+            ("colours of vertices", 1),
+            ("curves and surfaces of free form (`surf`)", 1),
+            ("lines (`l`)", 1),
+            ("unknown statements (`kurv`)", 2),
+        ];
+        assert_eq!(told, expected);
+        assert!(
+            plain
+                .text
+                .starts_with("v 0 0 0\nv 1 0 0\nvt 0.25  0\nvt 0 1\n\n\n\n"),
+            "{}",
+            plain.text
+        );
     }
 }

@@ -36,6 +36,17 @@ pub struct Texture {
     uv_offset: Vec2,
     factor: [f32; 3],
     alpha: Option<Alpha>,
+    /// What of its file was replaced.
+    note: Option<String>,
+}
+
+/// Texels of a file, the top row first.
+#[derive(Default)]
+struct Decoded {
+    width: usize,
+    height: usize,
+    texels: Texels,
+    note: Option<String>,
 }
 
 /// Texels as compactly as the file allows.
@@ -46,6 +57,12 @@ enum Texels {
     /// 8-bit linear.
     Linear8(Vec<[u8; 3]>),
     Float(Vec<[f32; 3]>),
+}
+
+impl Default for Texels {
+    fn default() -> Self {
+        Self::Float(Vec::new())
+    }
 }
 
 impl Default for Texture {
@@ -69,24 +86,36 @@ impl Texture {
             uv_offset: Vec2::ZERO,
             factor: [1.0; 3],
             alpha: None,
+            note: None,
         }
+    }
+
+    /// What of its file was left out or replaced, if anything was.
+    pub(super) fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// Reads what is described: PNG, JPEG, BMP, TGA, Radiance HDR, or the RGB channels of an EXR.
     /// Fails on files that are absent or damaged.
     pub fn load(description: &TextureDescription) -> Result<Self, SceneError> {
-        let (width, height, texels) = match &description.source {
+        let decoded = match &description.source {
             TextureSource::File(path) => load_texels(path, description)?,
             TextureSource::Gltf { file, image } => {
                 let bytes = Cursor::new(file.image_bytes(*image)?);
                 decode_texels(bytes, file.path(), description)?
             }
-            TextureSource::Checkerboard([a, b]) => (2, 2, Texels::Float(vec![*a, *b, *b, *a])),
+            TextureSource::Checkerboard([a, b]) => Decoded {
+                width: 2,
+                height: 2,
+                texels: Texels::Float(vec![*a, *b, *b, *a]),
+                note: None,
+            },
         };
         Ok(Self {
-            width,
-            height,
-            texels,
+            width: decoded.width,
+            height: decoded.height,
+            texels: decoded.texels,
+            note: decoded.note,
             nearest: description.nearest,
             wrap: description.wrap,
             uv_scale: Vec2::from(description.uv_scale),
@@ -189,10 +218,7 @@ pub(super) fn try_texture(bytes: &[u8], path: &Path) -> Result<(), SceneError> {
     decode_texels(Cursor::new(bytes), path, &description).map(|_| ())
 }
 
-fn load_texels(
-    path: &Path,
-    description: &TextureDescription,
-) -> Result<(usize, usize, Texels), SceneError> {
+fn load_texels(path: &Path, description: &TextureDescription) -> Result<Decoded, SceneError> {
     if path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"))
@@ -208,7 +234,7 @@ fn decode_texels(
     mut bytes: impl BufRead + Seek,
     path: &Path,
     description: &TextureDescription,
-) -> Result<(usize, usize, Texels), SceneError> {
+) -> Result<Decoded, SceneError> {
     let srgb = description.srgb;
     let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
     let mut whole = Vec::new();
@@ -226,7 +252,12 @@ fn decode_texels(
     }
     if description.alpha.is_some() {
         let alphas = image.to_rgba8().pixels().map(|p| [p.0[3]; 3]).collect();
-        return Ok((width, height, Texels::Linear8(alphas)));
+        return Ok(Decoded {
+            width,
+            height,
+            texels: Texels::Linear8(alphas),
+            note: None,
+        });
     }
     use image::ColorType::{L8, La8, Rgb8, Rgba8};
     let texels = if matches!(image.color(), L8 | La8 | Rgb8 | Rgba8) {
@@ -246,16 +277,30 @@ fn decode_texels(
                 .collect(),
         )
     };
-    Ok((width, height, texels))
+    Ok(Decoded {
+        width,
+        height,
+        texels,
+        note: None,
+    })
 }
 
 /// EXR and Radiance HDR through the image module, which keeps them linear.
-fn load_linear(path: &Path) -> Result<(usize, usize, Texels), SceneError> {
-    let image = crate::image::read(path).map_err(|e| file_error(path, e.to_string()))?;
+fn load_linear(path: &Path) -> Result<Decoded, SceneError> {
+    let picture = crate::image::read_picture(path);
+    let picture = picture.map_err(|e| file_error(path, e.to_string()))?;
+    let note = picture.window.as_ref();
+    let note = note.map(|window| format!("{}: {window}", path.display()));
+    let image = picture.into_linear();
     if image.pixels.is_empty() {
         return Err(file_error(path, "the image is empty"));
     }
-    Ok((image.width, image.height, Texels::Float(image.pixels)))
+    Ok(Decoded {
+        width: image.width,
+        height: image.height,
+        texels: Texels::Float(image.pixels),
+        note,
+    })
 }
 
 /// Bytes that a texture would take, from the header of its file; `None` when it cannot be read.

@@ -113,12 +113,12 @@ impl Scene {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// Mean of a texture over a triangle; of all of it where no texture coordinates were loaded.
+    /// Mean of a texture over a triangle; of all of it where there are no texture coordinates.
     fn mean_of(&self, texture: &Texture, triangle: usize) -> [f32; 3] {
-        if self.uvs.is_empty() {
+        let corners = self.triangles[triangle].map(|i| self.uvs.get(i as usize).copied());
+        let [Some(a), Some(b), Some(c)] = corners.map(|uv| uv.filter(|uv| !uv.is_nan())) else {
             return texture.mean();
-        }
-        let [a, b, c] = self.triangles[triangle].map(|i| self.uvs[i as usize]);
+        };
         let texels = Vec2::new(texture.width as f32, texture.height as f32);
         let reach = ((b - a).abs().max((c - a).abs()) * texels).max_element();
         let along = (2.0 * reach).ceil().clamp(2.0, MOST_SAMPLES) as u32;

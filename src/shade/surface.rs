@@ -18,7 +18,7 @@ use crate::trace::Hit;
 /// Materials with what is integrated once: the coatings of the plastics.
 pub struct Surfaces<'a> {
     scene: &'a Scene,
-    /// Distinct triples of alpha, index and distribution.
+    /// Distinct ones.
     coatings: Vec<Arc<Coating>>,
     /// Index into `coatings` for each material that has one.
     coating_of: Vec<usize>,
@@ -42,6 +42,8 @@ pub struct Interaction<'a> {
     pub bsdf: LocalBsdf<'a>,
     /// Frame about the shading normal after bump mapping.
     frame: Frame,
+    /// See [`normals::bend`]; 0 where terminators are hard.
+    bend: f32,
     /// Unit, towards where the path comes from.
     pub view: Vec3,
     local_view: Vec3,
@@ -59,7 +61,7 @@ struct Place {
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
-        let mut keys: Vec<(f32, f32, MicrofacetDistribution)> = Vec::new();
+        let mut keys: Vec<(f32, f32, MicrofacetDistribution, bool)> = Vec::new();
         let mut coatings = Vec::new();
         let coating_of = scene
             .materials
@@ -69,12 +71,16 @@ impl<'a> Surfaces<'a> {
                     ior,
                     alpha,
                     distribution,
+                    lossless,
                     ..
                 } => {
-                    let key = (alpha, ior, distribution);
+                    let key = (alpha, ior, distribution, lossless);
                     keys.iter().position(|k| *k == key).unwrap_or_else(|| {
                         keys.push(key);
-                        coatings.push(Coating::of(distribution, alpha, ior));
+                        coatings.push(match lossless {
+                            true => Coating::lossless_of(distribution, alpha, ior),
+                            false => Coating::of(distribution, alpha, ior),
+                        });
                         coatings.len() - 1
                     })
                 }
@@ -114,6 +120,7 @@ impl<'a> Surfaces<'a> {
             if normal.dot(geometric_normal) < 0.0 {
                 normal = -normal;
             }
+            normal = normals::turned_to_viewer(normal, shading_normal, -direction);
         }
         if let Some(texture) = material.and_then(|m| m.normals).and_then(texture) {
             let [along, _] = tangents();
@@ -121,6 +128,7 @@ impl<'a> Surfaces<'a> {
             normal = normals::turned_to_viewer(mapped, shading_normal, -direction);
         }
         let frame = Frame::from_normal(normal);
+        let soft = material.is_some_and(|m| m.soft_terminators);
         let view = -direction;
         Interaction {
             position: p0 + e1 * hit.u + e2 * hit.v,
@@ -141,6 +149,11 @@ impl<'a> Surfaces<'a> {
                 )
             }),
             frame,
+            bend: if soft {
+                normals::bend(normal, shading_normal)
+            } else {
+                0.0
+            },
             view,
             local_view: frame.to_local(view),
         }
@@ -228,7 +241,7 @@ impl Interaction<'_> {
         if self.inconsistent(local, light) {
             return Vec3::ZERO;
         }
-        self.bsdf.evaluate(self.local_view, local)
+        self.bsdf.evaluate(self.local_view, local) * self.left_of(light)
     }
 
     /// Density (1/sr) of [`Interaction::sample`] for the unit world direction `light`.
@@ -255,20 +268,22 @@ impl Interaction<'_> {
         let reflections = self.bsdf.reflections(self.local_view);
         reflections.filter_map(|(local, weight)| {
             let world = self.frame.to_world(local);
+            let weight = weight * self.left_of(world);
             (!self.inconsistent(local, world)).then_some((world, weight))
         })
     }
 
     /// What the scattering of light that arrives along `view` must be multiplied by so that paths
     /// from the lights agree with paths from the camera where shading normals differ from geometric
-    /// ones: `|view·n| |light·g| / (|view·g| |light·n|)` (Veach 1997, section 5.3.2). 1 where they
-    /// agree, 0 where a direction grazes.
+    /// ones: `|view·n| |light·g| / (|view·g| |light·n|)` (Veach 1997, section 5.3.2), and soft terminators weaken what
+    /// arrives. 1 where they agree, 0 where a direction grazes.
     pub fn adjoint(&self, light: Vec3) -> f32 {
         let (n, g) = (self.frame.normal, self.geometric_normal);
         if n == g {
             return 1.0;
         }
-        let factor = self.view.dot(n) * light.dot(g) / (self.view.dot(g) * light.dot(n));
+        let soft = self.left_of(self.view) / self.left_of(light);
+        let factor = soft * self.view.dot(n) * light.dot(g) / (self.view.dot(g) * light.dot(n));
         if factor.is_finite() {
             factor.abs()
         } else {
@@ -325,7 +340,7 @@ impl Interaction<'_> {
         if self.inconsistent(local, light) {
             return 0.0;
         }
-        self.bsdf.base_share(self.local_view, local)
+        self.bsdf.base_share(self.local_view, local) * self.left_of(light)
     }
 
     /// See [`LocalBsdf::evaluate_gloss`]; `light` is a unit world direction.
@@ -334,7 +349,7 @@ impl Interaction<'_> {
         if self.inconsistent(local, light) {
             return Vec3::ZERO;
         }
-        self.bsdf.evaluate_gloss(self.local_view, local)
+        self.bsdf.evaluate_gloss(self.local_view, local) * self.left_of(light)
     }
 
     /// See [`LocalBsdf::gloss_pdf`]; `light` is a unit world direction.
@@ -407,8 +422,17 @@ impl Interaction<'_> {
         let consistent = !self.inconsistent(sample.direction, direction);
         consistent.then_some(BsdfSample {
             direction,
+            weight: sample.weight * self.left_of(direction),
             ..sample
         })
+    }
+
+    /// The share of light from a direction that soft terminators leave.
+    fn left_of(&self, light: Vec3) -> f32 {
+        match self.bend > 0.0 {
+            true => normals::left_by(self.bend, light.dot(self.shading_normal)),
+            false => 1.0,
+        }
     }
 
     /// Bump mapping must not turn a direction to the other side of the unperturbed surface.
@@ -418,11 +442,12 @@ impl Interaction<'_> {
 }
 
 fn corner_uvs(scene: &Scene, corners: [usize; 3]) -> [Vec2; 3] {
-    if scene.uvs.is_empty() {
-        // The barycentric coordinates stand in, as in Mitsuba.
-        return [Vec2::ZERO, Vec2::X, Vec2::Y];
+    // The barycentric coordinates stand in, as in Mitsuba, with v downwards there.
+    const BARYCENTRIC: [Vec2; 3] = [Vec2::Y, Vec2::ONE, Vec2::ZERO];
+    match scene.uvs.is_empty() || corners.iter().any(|&i| scene.uvs[i].is_nan()) {
+        true => BARYCENTRIC,
+        false => corners.map(|i| scene.uvs[i]),
     }
-    corners.map(|i| scene.uvs[i])
 }
 
 /// What a shape without a material is made of.

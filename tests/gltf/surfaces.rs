@@ -291,3 +291,37 @@ fn second_sets_are_read_and_vertex_colours_named() {
     assert_eq!(scene.uvs, [Vec2::splat(0.5); 3]);
     assert!(has_note(&description, "vertex colours") && has_note(&description, "TEXCOORD_0"));
 }
+
+#[test]
+fn a_texture_without_coordinates_shows_one_texel() {
+    let info = json!({ "index": 0 });
+    let glossy = json!({ "diffuseTexture": info });
+    for material in [
+        json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": info } }),
+        json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": glossy } }),
+    ] {
+        let mut file = file(material, CORNERS);
+        let attributes = "/meshes/0/primitives/0/attributes";
+        let positions = file
+            .json
+            .pointer(&format!("{attributes}/POSITION"))
+            .cloned();
+        file.set(attributes, json!({ "POSITION": positions }));
+        let description = file.load().expect("loads");
+        assert!(
+            has_note(&description, "shows one texel"),
+            "{:?}",
+            description.notes
+        );
+        // glTF's (0, 0), whatever other shapes have.
+        assert_eq!(crate::reading::built(&description).uvs, [Vec2::Y; 3]);
+    }
+}
+
+#[test]
+fn without_a_specular_part_nothing_coats_the_base() {
+    let matt = json!({ "KHR_materials_specular": { "specularFactor": 0 } });
+    let pbr = json!({ "metallicFactor": 0, "roughnessFactor": 0.5 });
+    let (material, _, _) = mapped(json!({ "pbrMetallicRoughness": pbr, "extensions": matt }));
+    assert!(matches!(material.bsdf, Bsdf::Diffuse { .. }));
+}

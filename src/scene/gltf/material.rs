@@ -56,6 +56,7 @@ impl Importer<'_> {
             opacity: self.opacity(&surface)?,
             bump: None,
             normals: None,
+            soft_terminators: false,
         };
         self.note_dropped(declared);
         self.scene.materials.push(material);
@@ -87,7 +88,10 @@ impl Importer<'_> {
                 distribution: MicrofacetDistribution::Ggx,
             });
         }
-        self.note("what is not metal becomes plastic: a diffuse base of the base colour under a rough coating");
+        self.note(
+            "what is not metal becomes plastic: a rough coating over a diffuse base of the base colour, which gets all \
+             light that the coating does not reflect (in glTF what each facet does not)",
+        );
         let ior = self.ior(surface)?;
         Ok(plastic(base, surface.specular(), ior, alpha_of(roughness)))
     }
@@ -204,12 +208,7 @@ pub(super) struct Surface<'a> {
 impl Surface<'_> {
     /// The factor and the texture whose alpha counts.
     fn alpha(&self) -> (f32, Option<&Info>) {
-        let glossy = self.declared.extensions.as_ref();
-        let pbr = &self.declared.pbr_metallic_roughness;
-        match glossy.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
-            Some(glossy) => (glossy.diffuse_factor.0[3], glossy.diffuse_texture.as_ref()),
-            None => (pbr.base_color_factor.0[3], pbr.base_color_texture.as_ref()),
-        }
+        alpha_of_colour(self.declared)
     }
 
     /// The set of texture coordinates of the colour: the only texture that is looked up.
@@ -232,8 +231,23 @@ impl Surface<'_> {
     }
 }
 
+/// Whether a texture gives a material its colour.
+pub(super) fn has_colour_texture(declared: &Declared) -> bool {
+    alpha_of_colour(declared).1.is_some()
+}
+
+/// The alpha factor of a material's colour, and the texture of that.
+fn alpha_of_colour(declared: &Declared) -> (f32, Option<&Info>) {
+    let glossy = declared.extensions.as_ref();
+    let pbr = &declared.pbr_metallic_roughness;
+    match glossy.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
+        Some(glossy) => (glossy.diffuse_factor.0[3], glossy.diffuse_texture.as_ref()),
+        None => (pbr.base_color_factor.0[3], pbr.base_color_texture.as_ref()),
+    }
+}
+
 pub(super) fn plastic(diffuse: ColourSource, specular: [f32; 3], ior: f32, alpha: f32) -> Bsdf {
-    if ior < 1.001 {
+    if ior < 1.001 || specular == [0.0; 3] {
         return Bsdf::Diffuse {
             reflectance: diffuse,
         };
@@ -245,6 +259,7 @@ pub(super) fn plastic(diffuse: ColourSource, specular: [f32; 3], ior: f32, alpha
         alpha,
         distribution: MicrofacetDistribution::Ggx,
         nonlinear: false,
+        lossless: true,
     }
 }
 

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::accessor::Accessors;
 use super::document::{GltfFile, named, valid};
+use super::material::has_colour_texture;
 use crate::scene::{Mesh, SceneError};
 
 /// The attributes of a primitive that a mesh has.
@@ -21,8 +22,8 @@ pub(super) fn has_triangles(primitive: &Primitive) -> Option<bool> {
 }
 
 impl GltfFile {
-    /// The triangles of a primitive, with its texture coordinates of set `uv_set`; v counts from the top row of
-    /// the image. Everything is checked: accessors, counts, indices, and that positions are finite.
+    /// The triangles of a primitive, with its texture coordinates of set `uv_set`, all (0, 0) where it has a texture
+    /// and no coordinates; v counts from the top row of the image. Everything is checked: accessors, counts, indices, and that positions are finite.
     pub(crate) fn mesh(
         &self,
         [mesh, primitive]: [usize; 2],
@@ -74,7 +75,10 @@ impl Reader<'_> {
         }
         let normals = self.read::<3>(Semantic::Normals, "NORMAL", count)?;
         let name = format!("TEXCOORD_{uv_set}");
-        let uvs = self.read::<2>(Semantic::TexCoords(uv_set), &name, count)?;
+        let mut uvs = self.read::<2>(Semantic::TexCoords(uv_set), &name, count)?;
+        if uvs.is_empty() && self.has_colour_texture() {
+            uvs = vec![[0.0; 2]; positions.len()];
+        }
         Ok(Mesh {
             positions: positions
                 .into_iter()
@@ -85,6 +89,15 @@ impl Reader<'_> {
             colours: Vec::new(),
             triangles: Vec::new(),
         })
+    }
+
+    fn has_colour_texture(&self) -> bool {
+        let materials = &self.accessors.file.root().materials;
+        let material = self
+            .declared
+            .material
+            .and_then(|m| materials.get(m.value()));
+        material.is_some_and(has_colour_texture)
     }
 
     /// An attribute, none if the primitive has it not.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::Importer;
 use super::document::named;
-use super::material::Mapped;
+use super::material::{Mapped, has_colour_texture};
 use super::node::Placed;
 use super::primitive::{attribute, has_triangles};
 use crate::scene::{SceneError, ShapeDescription, ShapeSource};
@@ -143,9 +143,7 @@ impl Importer<'_> {
         let material = primitive
             .material
             .and_then(|m| self.file.root().materials.get(m.value()));
-        let textured =
-            material.is_some_and(|m| m.pbr_metallic_roughness.base_color_texture.is_some());
-        if textured && uvs.is_none() {
+        if material.is_some_and(has_colour_texture) && uvs.is_none() {
             self.note(format!(
                 "a texture without coordinates (TEXCOORD_{uv_set}) shows one texel"
             ));

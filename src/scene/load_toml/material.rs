@@ -15,6 +15,9 @@ use crate::scene::{
     Wrap,
 };
 
+/// `Kd` of a material that gives none.
+const DEFAULT_DIFFUSE: f32 = 0.8;
+
 impl Loader {
     pub(super) fn textures(&mut self, keys: &Keys) -> Result<(), SceneError> {
         let Some(value) = keys.get("texture") else {
@@ -73,6 +76,7 @@ impl Loader {
                 opacity,
                 bump: None,
                 normals: None,
+                soft_terminators: false,
             });
         }
         Ok(())
@@ -87,14 +91,22 @@ impl Loader {
                 ColourSource::Texture(self.scene.textures.len() - 1)
             }
         };
-        let diffuse = source(mtl.diffuse_map.as_ref().map(texture), mtl.diffuse);
+        let diffuse_map = mtl.diffuse_map.as_ref();
+        let diffuse_map = diffuse_map.map(|map| TextureDescription {
+            // As the specification has it; without `Kd` a map is shown as it is.
+            factor: mtl.diffuse.unwrap_or([1.0; 3]).map(|d| d * map.gain),
+            ..texture(map)
+        });
+        let colour = mtl.diffuse.unwrap_or([DEFAULT_DIFFUSE; 3]);
+        let diffuse = source(diffuse_map, colour);
         let transparent = mtl.opacity < 1.0 || mtl.opacity_map.is_some();
-        let opacity_map = mtl.opacity_map.as_ref().map(opacity_texture);
+        let opacity_map = mtl.opacity_map.as_ref();
+        let opacity_map = opacity_map.map(|map| opacity_texture(map, mtl.opacity * map.gain));
         let opacity = transparent.then(|| source(opacity_map, [mtl.opacity; 3]));
         self.scene.materials.push(Material {
             bsdf: coated(diffuse, mtl.specular, phong_alpha(mtl.exponent)),
             opacity,
-            ..Material::diffuse(&mtl.name, mtl.diffuse)
+            ..Material::diffuse(&mtl.name, colour)
         });
         self.scene.materials.len() - 1
     }
@@ -107,6 +119,7 @@ impl Loader {
             alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
             distribution: distribution(keys)?,
             nonlinear: keys.boolean("nonlinear", false)?,
+            lossless: keys.boolean("lossless", false)?,
         })
     }
 
@@ -169,13 +182,14 @@ fn texture(map: &MtlMap) -> TextureDescription {
     texture
 }
 
-/// The alpha channel of a picture that has one, else its values as they are stored.
-fn opacity_texture(map: &MtlMap) -> TextureDescription {
+/// The alpha channel of a picture that has one, else its values as they are stored, times a factor.
+fn opacity_texture(map: &MtlMap, factor: f32) -> TextureDescription {
     let mut texture = texture(map);
     texture.srgb = false;
+    texture.factor = [factor; 3];
     if has_alpha(&map.file) {
         texture.alpha = Some(Alpha {
-            factor: 1.0,
+            factor,
             cutoff: None,
         });
     }

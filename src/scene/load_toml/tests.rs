@@ -262,3 +262,32 @@ fn embedded_scenes_have_a_shown_name() {
         .to_string();
     assert!(message.starts_with("<statues>/scene.toml:1:1"), "{message}");
 }
+
+#[test]
+fn factors_of_libraries_stand_before_their_maps() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "m.mtl",
+        "newmtl a\nmap_Kd -mm 0 0.5 a.png\nKd 1 0.5 0.2\nnewmtl b\nmap_Kd a.png\nd 0.5\nmap_d b.png\nnewmtl c\nillum 1\n",
+    );
+    let faces =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n";
+    write("m.obj", &format!("mtllib m.mtl\n{faces}"));
+    let text = "[[view]]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\nfov_deg = 40\n[[shape]]\nkind = \"obj\"\npath = \"m.obj\"\n";
+    let file = folder.path().join("scene.toml");
+    let scene = parse_toml(text, Some(&file), "s").unwrap();
+    let texture = |source: ColourSource| match source {
+        ColourSource::Texture(index) => scene.textures[index].factor,
+        ref other => panic!("{other:?}"),
+    };
+    let diffuse = |i: usize| match scene.materials[scene.shapes[i].material].bsdf {
+        Bsdf::Diffuse { reflectance } => reflectance,
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!(texture(diffuse(0)), [0.5, 0.25, 0.1]);
+    assert_eq!(texture(diffuse(1)), [1.0; 3], "without `Kd`");
+    let opacity = scene.materials[scene.shapes[1].material].opacity;
+    assert_eq!(texture(opacity.unwrap()), [0.5; 3]);
+    assert_eq!(diffuse(2), ColourSource::Constant([0.8; 3]));
+}

@@ -178,17 +178,22 @@ impl<'a> Importer<'a> {
             .iter()
             .find(|c| c.tag == "texture" || self.resolved(c).is_ok_and(|r| r.tag == "texture"));
         let mut inner = self.inner(element, depth)?;
-        if let Some(texture) = texture {
-            match self.scaled_source(texture)? {
+        match texture {
+            Some(texture) => match self.scaled_source(texture)? {
+                (ColourSource::Texture(index), [grey, g, b]) if [g, b] == [grey; 2] => {
+                    inner.bump = Some((index, scale * grey));
+                }
                 (ColourSource::Texture(index), factor) => {
-                    inner.bump = Some((index, scale * factor))
+                    inner.bump = Some((self.times(index, factor), scale));
                 }
                 (ColourSource::Constant(_), _) => self.note("a constant bump map is dropped"),
                 (ColourSource::Vertices, _) => {
                     return Err(texture.error("colours of vertices are no bump map"));
                 }
-            }
+            },
+            None => return Err(element.error("`bumpmap` needs a texture inside")),
         }
+        self.bent(element, &mut inner)?;
         Ok(inner)
     }
 
@@ -202,16 +207,22 @@ impl<'a> Importer<'a> {
             return Err(element.error("`normalmap` needs a texture inside"));
         };
         match self.scaled_source(texture)? {
-            (ColourSource::Texture(index), 1.0) => {
+            (ColourSource::Texture(index), [1.0, 1.0, 1.0]) => {
                 inner.normals = Some(index);
-                self.note(
-                    "`normalmap`: terminators are hard, as with `use_shadowing_function` off, and normals that face away \
-                     from the viewer are turned round, as with `flip_invalid_normals` on",
-                );
+                self.bent(element, &mut inner)?;
             }
             _ => return Err(texture.error("normals come from a bitmap, without a scale around it")),
         }
         Ok(inner)
+    }
+
+    /// What is made of bent normals.
+    fn bent(&mut self, element: &Element, material: &mut Material) -> Result<(), SceneError> {
+        material.soft_terminators = element.boolean("use_shadowing_function", true)?;
+        if !element.boolean("flip_invalid_normals", true)? {
+            self.note("bent normals that face away from the viewer are turned round, as with `flip_invalid_normals` on");
+        }
+        Ok(())
     }
 
     fn diffuse(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
@@ -228,6 +239,7 @@ impl<'a> Importer<'a> {
             alpha: facets.alpha,
             distribution: facets.distribution,
             nonlinear: element.boolean("nonlinear", false)?,
+            lossless: false,
         })
     }
 
@@ -331,6 +343,7 @@ impl<'a> Importer<'a> {
                 alpha,
                 distribution: MicrofacetDistribution::Ggx,
                 nonlinear: false,
+                lossless: true,
             }
         })
     }
@@ -415,6 +428,7 @@ fn one_sided(bsdf: Bsdf) -> Material {
         opacity: None,
         bump: None,
         normals: None,
+        soft_terminators: false,
     }
 }
 

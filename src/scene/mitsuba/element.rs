@@ -279,6 +279,9 @@ impl Reader<'_> {
             match child.tag.as_str() {
                 "default" => {
                     let (name, value) = (child.required("name")?, child.required("value")?);
+                    if name.is_empty() {
+                        return Err(child.error("a <default> needs a name"));
+                    }
                     self.shared
                         .parameters
                         .entry(name.to_owned())
@@ -291,31 +294,31 @@ impl Reader<'_> {
         Ok(element)
     }
 
-    /// Replaces `$name` by the declared default.
+    /// Replaces `$name` by the declared default: of several names that fit, that of the longest, as in Mitsuba.
     fn substituted(&mut self, value: &str, offset: usize) -> Result<String, SceneError> {
         let mut out = String::with_capacity(value.len());
         let mut rest = value;
         while let Some(at) = rest.find('$') {
             out.push_str(&rest[..at]);
             rest = &rest[at + 1..];
-            let end = rest
-                .find(|c: char| !c.is_alphanumeric() && c != '_')
-                .unwrap_or(rest.len());
-            let name = &rest[..end];
-            match self.shared.parameters.get(name) {
-                Some(value) => {
+            let parameters = self.shared.parameters.iter();
+            let fitting = parameters.filter(|(name, _)| rest.starts_with(name.as_str()));
+            let end = match fitting.max_by_key(|(name, _)| name.len()) {
+                Some((name, value)) => {
                     out.push_str(value);
                     self.shared.replaced += value.len();
+                    name.len()
                 }
                 None => {
-                    let known: Vec<&str> =
-                        self.shared.parameters.keys().map(String::as_str).collect();
-                    let mut known = known;
+                    let known = self.shared.parameters.keys().map(String::as_str);
+                    let mut known: Vec<&str> = known.collect();
                     known.sort_unstable();
+                    let word = |c: char| !c.is_alphanumeric() && c != '_';
+                    let name = &rest[..rest.find(word).unwrap_or(rest.len())];
                     let message = format!("`${name}` has no <default>; {}", advice(name, &known));
                     return Err(error_at(&self.file, self.text, offset, message));
                 }
-            }
+            };
             if self.shared.replaced > MAX_REPLACED {
                 let message = format!(
                     "the parameters of the scene grow beyond {} MiB; do they name each other?",

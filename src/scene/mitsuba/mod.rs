@@ -42,7 +42,7 @@ pub(super) fn parse_mitsuba(bytes: &[u8], file: &Path) -> Result<SceneDescriptio
 }
 
 fn import(document: &Document, file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
-    let mut importer = Importer::new(document, file, name);
+    let mut importer = Importer::new(document, file, name)?;
     known_names::check(&document.root, &|reference| {
         importer.ids.get(reference.id()?).copied()
     })?;
@@ -77,17 +77,19 @@ struct Importer<'a> {
     /// What has been made of elements, by their address in the tree.
     materials: HashMap<*const Element, usize>,
     textures: HashMap<*const Element, usize>,
+    /// The material of lamps without one, once there is such a lamp.
+    black: Option<usize>,
     /// Textures that are being read, each inside the one before.
     open_textures: usize,
 }
 
 impl<'a> Importer<'a> {
-    fn new(document: &'a Document, file: &Path, name: &str) -> Self {
+    fn new(document: &'a Document, file: &Path, name: &str) -> Result<Self, SceneError> {
         let mut ids = HashMap::new();
-        collect_ids(&document.root, &mut ids);
+        collect_ids(&document.root, &mut ids)?;
         let mut default_material = Material::diffuse("default", [0.5; 3]);
         default_material.two_sided = false;
-        Importer {
+        Ok(Importer {
             folders: vec![file.parent().unwrap_or(Path::new("")).to_owned()],
             version: document.version,
             ids,
@@ -103,8 +105,9 @@ impl<'a> Importer<'a> {
             notes: BTreeMap::new(),
             materials: HashMap::new(),
             textures: HashMap::new(),
+            black: None,
             open_textures: 0,
-        }
+        })
     }
 
     fn top_level(&mut self, root: &'a Element) -> Result<(), SceneError> {
@@ -245,20 +248,43 @@ impl<'a> Importer<'a> {
     }
 }
 
-fn collect_ids<'a>(element: &'a Element, ids: &mut HashMap<&'a str, &'a Element>) {
+/// Elements by their ids and by other names of them.
+type Ids<'a> = HashMap<&'a str, &'a Element>;
+
+fn collect_ids<'a>(element: &'a Element, ids: &mut Ids<'a>) -> Result<(), SceneError> {
     for child in &element.children {
-        if let (Some(id), true) = (child.id(), child.tag != "ref") {
-            ids.entry(id).or_insert(child);
+        if let (Some(id), false) = (child.id(), matches!(child.tag.as_str(), "ref" | "alias")) {
+            insert_id(ids, id, [child, child])?;
         }
-        collect_ids(child, ids);
+        collect_ids(child, ids)?;
     }
     for alias in element.tagged("alias") {
         alias.used.set(true);
         if let (Some(id), Some(name)) = (alias.id(), alias.attribute("as"))
             && let Some(&target) = ids.get(id)
         {
-            ids.insert(name, target);
+            insert_id(ids, name, [alias, target])?;
         }
+    }
+    Ok(())
+}
+
+/// Gives a thing an id at a place in the file; an error where another thing has it.
+fn insert_id<'a>(
+    ids: &mut Ids<'a>,
+    id: &'a str,
+    [place, target]: [&'a Element; 2],
+) -> Result<(), SceneError> {
+    match ids.insert(id, target) {
+        Some(other) if !std::ptr::eq(other, target) => {
+            let file = match other.file == place.file {
+                true => String::new(),
+                false => format!("{}:", other.file.display()),
+            };
+            let at = format!("{file}{}:{}", other.line, other.column);
+            Err(place.error(format!("the id `{id}` is taken already, at {at}")))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -1,12 +1,15 @@
 //! Shapes, instances and the area lights on them.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
 use super::Importer;
 use super::element::Element;
 use super::spectrum::emitted_colour;
 use super::transform::{transform, vector};
-use crate::scene::{ColourSource, SceneError, ShapeDescription, ShapeSource};
+use crate::scene::{ColourSource, Material, SceneError, ShapeDescription, ShapeSource};
+
+/// Relative difference of lengths up to which a scale counts as even: files have few digits.
+const EVEN: f64 = 1e-4;
 
 type Emission = (Option<[f32; 3]>, Option<usize>);
 
@@ -29,7 +32,11 @@ impl<'a> Importer<'a> {
             Some(t) => transform(t)?,
             None => DMat4::IDENTITY,
         };
+        self.note_uneven(&source, DMat3::from_mat4(to_world));
         let is_file = source.path().is_some();
+        let mirrored = DMat3::from_mat4(to_world).determinant() < 0.0;
+        // Mitsuba turns a mirrored sphere inside out.
+        let turned = mirrored && matches!(source, ShapeSource::Sphere { .. });
         let is_obj = matches!(source, ShapeSource::Obj { .. });
         let name = match element.id() {
             Some(id) => id.to_owned(),
@@ -47,7 +54,8 @@ impl<'a> Importer<'a> {
             material: self.shape_material(element)?,
             emission,
             emission_texture,
-            flip_normals: element.boolean("flip_normals", false)?,
+            flip_normals: element.boolean("flip_normals", false)? != turned,
+            turn_bare: is_file && mirrored,
             face_normals,
             smooth_normals: is_file,
             // Mitsuba counts v from the top row of the image, we from the bottom.
@@ -97,6 +105,12 @@ impl<'a> Importer<'a> {
             Some(t) => transform(t)?,
             None => DMat4::IDENTITY,
         };
+        for child in &element.children {
+            let held = self.resolved(child)?;
+            if matches!(held.tag.as_str(), "bsdf" | "emitter" | "sensor" | "texture") {
+                return Err(child.error("an instance holds a shapegroup and nothing else"));
+            }
+        }
         for group in self.nested(element, "shape")? {
             group.used.set(true);
             if group.kind() != "shapegroup" {
@@ -113,17 +127,53 @@ impl<'a> Importer<'a> {
     }
 
     fn shape_material(&mut self, element: &'a Element) -> Result<usize, SceneError> {
-        match self.nested(element, "bsdf")?.first() {
-            Some(bsdf) => self.material(bsdf),
-            None => Ok(0),
+        match self.nested(element, "bsdf")?[..] {
+            [bsdf] => self.material(bsdf),
+            // A lamp that says nothing reflects nothing.
+            [] if !self.nested(element, "emitter")?.is_empty() => Ok(self.black_material()),
+            [] => Ok(0),
+            [_, second, ..] => Err(second.error("a shape has one material")),
         }
+    }
+
+    /// The index of a material that reflects nothing.
+    fn black_material(&mut self) -> usize {
+        if let Some(index) = self.black {
+            return index;
+        }
+        let mut material = Material::diffuse("black", [0.0; 3]);
+        material.two_sided = false;
+        self.scene.materials.push(material);
+        *self.black.insert(self.scene.materials.len() - 1)
+    }
+
+    /// Says where a scale makes something else of a round shape, which Mitsuba does not expect.
+    fn note_uneven(&mut self, source: &ShapeSource, linear: DMat3) {
+        let kind = match source {
+            ShapeSource::Sphere { .. } if !is_even(linear, &[DVec3::X, DVec3::Y, DVec3::Z]) => {
+                "a sphere becomes an ellipsoid"
+            }
+            ShapeSource::Cylinder { from, to, .. } => {
+                let (right, up) = (*to - *from).normalize_or(DVec3::Z).any_orthonormal_pair();
+                match is_even(linear, &[right, up]) {
+                    true => return,
+                    false => "a cylinder becomes an elliptic one",
+                }
+            }
+            _ => return,
+        };
+        self.note(format!(
+            "{kind}: its transform scales unevenly, which Mitsuba warns of"
+        ));
     }
 
     /// What a shape emits, and the texture that this is a factor of.
     fn area_emission(&mut self, element: &'a Element) -> Result<Emission, SceneError> {
         let emitters = self.nested(element, "emitter")?;
-        let Some(emitter) = emitters.first() else {
-            return Ok((None, None));
+        let emitter = match emitters[..] {
+            [] => return Ok((None, None)),
+            [emitter] => emitter,
+            [_, second, ..] => return Err(second.error("a shape has one emitter")),
         };
         emitter.used.set(true);
         if emitter.kind() != "area" {
@@ -141,10 +191,8 @@ impl<'a> Importer<'a> {
         let radiance = self.resolved(radiance)?;
         if radiance.tag == "texture" {
             return match self.scaled_source(radiance)? {
-                (ColourSource::Constant(colour), factor) => {
-                    Ok((Some(colour.map(|value| value * factor)), None))
-                }
-                (ColourSource::Texture(index), factor) => Ok((Some([factor; 3]), Some(index))),
+                (ColourSource::Constant(colour), _) => Ok((Some(colour), None)),
+                (ColourSource::Texture(index), factor) => Ok((Some(factor), Some(index))),
                 (ColourSource::Vertices, _) => {
                     Err(radiance.error("a light cannot have the colours of vertices"))
                 }
@@ -152,4 +200,16 @@ impl<'a> Importer<'a> {
         }
         Ok((Some(emitted_colour(radiance)?), None))
     }
+}
+
+/// Whether a linear map keeps perpendicular unit vectors perpendicular and of equal lengths.
+fn is_even(linear: DMat3, axes: &[DVec3]) -> bool {
+    let mapped: Vec<DVec3> = axes.iter().map(|axis| linear * *axis).collect();
+    let size = mapped[0].length_squared();
+    let equal = |v: &DVec3| (v.length_squared() - size).abs() <= 2.0 * EVEN * size;
+    let perpendicular = |(i, v): (usize, &DVec3)| {
+        let mut others = mapped[i + 1..].iter();
+        others.all(|other| v.dot(*other).abs() <= EVEN * size)
+    };
+    mapped.iter().all(equal) && mapped.iter().enumerate().all(perpendicular)
 }

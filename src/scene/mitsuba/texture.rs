@@ -1,12 +1,15 @@
 //! Textures and colours that may come from them.
 
-use glam::DVec4;
+use glam::{DVec2, DVec3, DVec4};
 
 use super::Importer;
 use super::element::Element;
 use super::spectrum::colour;
 use super::transform::transform;
 use crate::scene::{ColourSource, SceneError, TextureDescription, TextureSource, Wrap};
+
+/// A colour or texture, and the factor of the `scale` textures around it: 1 where it is in the colour already.
+pub(super) type Scaled = (ColourSource, [f32; 3]);
 
 /// How deep textures may stand in each other.
 const MAX_OPEN: usize = 64;
@@ -20,9 +23,29 @@ impl<'a> Importer<'a> {
         default: f32,
     ) -> Result<ColourSource, SceneError> {
         match names.iter().find_map(|name| element.child(name)) {
-            Some(value) => Ok(self.scaled_source(value)?.0),
+            Some(value) => match self.scaled_source(value)? {
+                (ColourSource::Texture(index), factor) => {
+                    Ok(ColourSource::Texture(self.times(index, factor)))
+                }
+                (source, _) => Ok(source),
+            },
             None => Ok(ColourSource::Constant([default; 3])),
         }
+    }
+
+    /// The index of a texture times a factor.
+    pub(super) fn times(&mut self, index: usize, factor: [f32; 3]) -> usize {
+        if factor == [1.0; 3] {
+            return index;
+        }
+        let mut scaled = self.scene.textures[index].clone();
+        scaled.factor = std::array::from_fn(|c| scaled.factor[c] * factor[c]);
+        let textures = &mut self.scene.textures;
+        let known = textures.iter().position(|texture| *texture == scaled);
+        known.unwrap_or_else(|| {
+            textures.push(scaled);
+            textures.len() - 1
+        })
     }
 
     /// As [`Self::colour_source`] where no texture can be kept.
@@ -44,12 +67,8 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// A colour or texture and the factor of the `scale` textures around it (already in the colour if
-    /// that is constant).
-    pub(super) fn scaled_source(
-        &mut self,
-        element: &'a Element,
-    ) -> Result<(ColourSource, f32), SceneError> {
+    /// A colour or texture with what scales it.
+    pub(super) fn scaled_source(&mut self, element: &'a Element) -> Result<Scaled, SceneError> {
         if self.open_textures >= MAX_OPEN {
             return Err(element.error("textures refer to each other without end"));
         }
@@ -59,16 +78,16 @@ impl<'a> Importer<'a> {
         source
     }
 
-    fn source_of(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
+    fn source_of(&mut self, element: &'a Element) -> Result<Scaled, SceneError> {
         let element = self.resolved(element)?;
         element.used.set(true);
         if !matches!(element.tag.as_str(), "texture") && element.kind().is_empty() {
-            return Ok((ColourSource::Constant(colour(element, true)?), 1.0));
+            return Ok((ColourSource::Constant(colour(element, true)?), [1.0; 3]));
         }
         match element.kind() {
             "bitmap" | "checkerboard" => {
                 let index = self.texture(element)?;
-                Ok((ColourSource::Texture(index), 1.0))
+                Ok((ColourSource::Texture(index), [1.0; 3]))
             }
             "mesh_attribute" | "vertexcolors" => self.mesh_attribute(element),
             "scale" => self.scale(element),
@@ -79,18 +98,18 @@ impl<'a> Importer<'a> {
                     "color"
                 };
                 let value = self.colour_source(element, &[name], 1.0)?;
-                Ok((value, 1.0))
+                Ok((value, [1.0; 3]))
             }
             other => {
                 element.mark_all();
                 self.note(format!("texture `{other}` becomes a grey of 0.5"));
-                Ok((ColourSource::Constant([0.5; 3]), 1.0))
+                Ok((ColourSource::Constant([0.5; 3]), [1.0; 3]))
             }
         }
     }
 
     /// Colours of vertices; other attributes of meshes are refused.
-    fn mesh_attribute(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
+    fn mesh_attribute(&mut self, element: &'a Element) -> Result<Scaled, SceneError> {
         let name = element.string("name")?.unwrap_or("vertex_color");
         if name != "vertex_color" {
             let message =
@@ -98,16 +117,15 @@ impl<'a> Importer<'a> {
             return Err(element.error(message));
         }
         match element.float("scale")?.unwrap_or(1.0) {
-            1.0 => Ok((ColourSource::Vertices, 1.0)),
+            1.0 => Ok((ColourSource::Vertices, [1.0; 3])),
             scale => Err(element.error(format!(
                 "the colours of vertices are taken as they are; a scale of {scale} is not built"
             ))),
         }
     }
 
-    fn scale(&mut self, element: &'a Element) -> Result<(ColourSource, f32), SceneError> {
+    fn scale(&mut self, element: &'a Element) -> Result<Scaled, SceneError> {
         let factor = self.plain_colour(element, "scale", 1.0)?;
-        let mean = (factor[0] + factor[1] + factor[2]) / 3.0;
         let inner = element.children.iter().find(|c| {
             (c.tag == "texture" || c.tag == "ref" || c.tag == "rgb") && c.name() != "scale"
         });
@@ -117,12 +135,15 @@ impl<'a> Importer<'a> {
         match self.scaled_source(inner)? {
             (ColourSource::Constant(c), _) => {
                 let scaled = std::array::from_fn(|i| c[i] * factor[i]);
-                Ok((ColourSource::Constant(scaled), 1.0))
+                Ok((ColourSource::Constant(scaled), [1.0; 3]))
             }
             (ColourSource::Vertices, _) => Err(element.error(
                 "the colours of vertices are taken as they are, without a scale around them",
             )),
-            (texture, outer) => Ok((texture, outer * mean)),
+            (texture, outer) => {
+                let both = std::array::from_fn(|c| outer[c] * factor[c]);
+                Ok((texture, both))
+            }
         }
     }
 
@@ -214,7 +235,6 @@ impl<'a> Importer<'a> {
         let mut offset = [number("uoffset", 0.0)?, number("voffset", 0.0)?];
         if let Some(to_uv) = element.child("to_uv") {
             let matrix = transform(to_uv)?;
-            scale = [matrix.x_axis.x, matrix.y_axis.y];
             // A 3×3 matrix holds its translation in the third column.
             let three = to_uv
                 .children
@@ -222,12 +242,36 @@ impl<'a> Importer<'a> {
                 .any(|m| m.tag == "matrix" && m.numbers("value").is_ok_and(|n| n.len() == 9));
             let shift: DVec4 = if three { matrix.z_axis } else { matrix.w_axis };
             offset = [shift.x, shift.y];
-            if matrix.x_axis.y.abs() + matrix.y_axis.x.abs() > 1e-9 {
-                self.note("the rotation or shear of a texture is ignored");
+            let columns = [matrix.x_axis.truncate(), matrix.y_axis.truncate()];
+            if let Some(turn_rad) = self.turn(columns.map(DVec3::truncate)) {
+                let (sine, cosine) = turn_rad.sin_cos();
+                scale = [
+                    matrix.x_axis.x * cosine - matrix.x_axis.y * sine,
+                    matrix.y_axis.x * sine + matrix.y_axis.y * cosine,
+                ];
+                description.uv_turn_rad = turn_rad as f32;
+                offset[0] += matrix.y_axis.x;
+                offset[1] += matrix.y_axis.y - scale[1];
+            } else {
+                scale = [matrix.x_axis.x, matrix.y_axis.y];
             }
         }
         description.uv_scale = scale.map(|s| s as f32);
         description.uv_offset = [offset[0] as f32, (1.0 - scale[1] - offset[1]) as f32];
         Ok(())
+    }
+
+    /// The angle, in coordinates with v upwards, by which the columns of a map of texture coordinates are turned after
+    /// they are scaled; `None` where they are not, or in no such way: then only the scale is kept.
+    fn turn(&mut self, [along_u, along_v]: [DVec2; 2]) -> Option<f64> {
+        let length = along_u.length() * along_v.length();
+        if along_u.y.abs() + along_v.x.abs() <= 1e-9 {
+            return None;
+        }
+        if along_u.dot(along_v).abs() > 1e-6 * length {
+            self.note("the shear of a texture is ignored");
+            return None;
+        }
+        Some((-along_u.y).atan2(along_u.x))
     }
 }

@@ -102,7 +102,8 @@ fn look_at(element: &Element) -> Result<DMat4, SceneError> {
         DVec3::ZERO
     };
     let left = match up.cross(forward).normalize_or_zero() {
-        DVec3::ZERO if up == DVec3::ZERO => forward.any_orthonormal_vector(),
+        // Mitsuba's choice (Duff et al. 2017).
+        DVec3::ZERO if up == DVec3::ZERO => forward.any_orthonormal_pair().0.cross(forward),
         DVec3::ZERO => return Err(element.error("`up` is parallel to the viewing direction")),
         left => left,
     };

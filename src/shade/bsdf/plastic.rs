@@ -34,19 +34,28 @@ const QUADRATURE: usize = 96;
 
 /// Coatings that were integrated already. Every frame of every viewer asks for those of all materials, and a rough one takes
 /// a tenth of a second.
-static KNOWN: Mutex<BTreeMap<[u32; 3], Arc<Coating>>> = Mutex::new(BTreeMap::new());
+static KNOWN: Mutex<BTreeMap<[u32; 4], Arc<Coating>>> = Mutex::new(BTreeMap::new());
 
 impl Coating {
     /// The coating of this roughness (0: smooth) and index, integrated when it is first asked for.
     pub fn of(distribution: MicrofacetDistribution, alpha: f32, ior: f32) -> Arc<Self> {
+        let key = [distribution as u32, alpha.to_bits(), ior.to_bits(), 0];
+        Self::remembered(key, || Self::new(facets_of(distribution, alpha), ior))
+    }
+
+    /// As [`Coating::of`], of a coating that loses nothing: see [`Coating::lossless`].
+    pub fn lossless_of(distribution: MicrofacetDistribution, alpha: f32, ior: f32) -> Arc<Self> {
+        let key = [distribution as u32, alpha.to_bits(), ior.to_bits(), 1];
+        Self::remembered(key, || Self::lossless(facets_of(distribution, alpha), ior))
+    }
+
+    fn remembered(key: [u32; 4], make: impl FnOnce() -> Self) -> Arc<Self> {
         let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = [distribution as u32, alpha.to_bits(), ior.to_bits()];
         if let Some(coating) = known().get(&key) {
             return coating.clone();
         }
         // Unlocked: other threads help, and one of them may ask for a coating meanwhile.
-        let facets = (alpha > 0.0).then(|| Microfacets::new(distribution, alpha));
-        let coating = Arc::new(Self::new(facets, ior));
+        let coating = Arc::new(make());
         known().entry(key).or_insert(coating).clone()
     }
 
@@ -68,17 +77,40 @@ impl Coating {
         let rows: Vec<(f32, f32)> = (0..NODES)
             .into_par_iter()
             .map(|i| {
-                let mu = (i as f32 / (NODES - 1) as f32).max(1e-6);
+                let mu = node_cosine(i);
                 let [_, transmitted] = boundary_shares(facets, mu, ior);
                 let [reflected, _] = boundary_shares(facets, mu, 1.0 / ior);
                 (transmitted, reflected * mu)
             })
             .collect();
+        let mut coating = Self::tabulated(ior, facets, rows.iter().map(|r| r.0).collect());
+        coating.internal_reflectance = 2.0 * rows.iter().map(|r| r.1).sum::<f32>() / NODES as f32;
+        coating
+    }
+
+    /// A coating of which all that its facets do not reflect enters, and of what comes back from the base as much
+    /// leaves as entered: a white base under it reflects all light, at every roughness (the coupling of Kelemen &
+    /// Szirmay-Kalos 2001). A smooth one is that of [`Coating::new`].
+    pub fn lossless(facets: Option<Microfacets>, ior: f32) -> Self {
+        let Some(facets) = facets else {
+            return Self::new(None, ior);
+        };
+        let entering: Vec<f32> = (0..NODES)
+            .into_par_iter()
+            .map(|i| 1.0 - boundary_shares(facets, node_cosine(i), ior)[0])
+            .collect();
+        let mut coating = Self::tabulated(ior, facets, entering);
+        coating.internal_reflectance = 1.0 - coating.entering / (ior * ior);
+        coating
+    }
+
+    /// A rough coating of this transmittance at the cosines of the table, without what happens under it.
+    fn tabulated(ior: f32, facets: Microfacets, transmittance: Vec<f32>) -> Self {
         let mut coating = Self {
             ior,
             facets: Some(facets),
-            transmittance: rows.iter().map(|r| r.0).collect(),
-            internal_reflectance: 2.0 * rows.iter().map(|r| r.1).sum::<f32>() / NODES as f32,
+            transmittance,
+            internal_reflectance: 0.0,
             entering: 0.0,
             fit: [0.0; 9],
         };
@@ -100,6 +132,16 @@ impl Coating {
         let [a, b] = [self.transmittance[i], self.transmittance[i + 1]];
         a + (x - i as f32) * (b - a)
     }
+}
+
+/// The cosine of a place in the table.
+fn node_cosine(i: usize) -> f32 {
+    (i as f32 / (NODES - 1) as f32).max(1e-6)
+}
+
+/// Those of a rough coating.
+fn facets_of(distribution: MicrofacetDistribution, alpha: f32) -> Option<Microfacets> {
+    (alpha > 0.0).then(|| Microfacets::new(distribution, alpha))
 }
 
 /// Coefficients, from the highest power down, of the polynomial in the cosine that passes through a
@@ -317,6 +359,41 @@ mod tests {
                 let fit = coating.fit.iter().fold(0.0, |sum, c| sum * cos + c);
                 let off = (fit - coating.transmittance(cos)).abs();
                 assert!(off < 0.01, "alpha {alpha}, cosine {cos}: {off}");
+            }
+        }
+    }
+
+    /// Under a white sky a surface of base 0.8 shows about 0.8 (glTF's formula: 0.04 + 0.96 · 0.8 head on), however rough.
+    #[test]
+    fn a_lossless_coating_keeps_what_it_does_not_reflect() {
+        for alpha in [0.0, 0.05, 0.25, 0.64, 1.0] {
+            for ior in [1.1, 1.5, 2.0] {
+                let facets = facets_of(MicrofacetDistribution::Ggx, alpha);
+                let coating = Coating::lossless(facets, ior);
+                let of = |base: f32, cos: f32| {
+                    let plastic = Plastic {
+                        coating: &coating,
+                        diffuse: Vec3::splat(base),
+                        specular: Vec3::ONE,
+                        nonlinear: false,
+                    };
+                    let view = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+                    let points = (0..1 << 12).map(|i| crate::sample::additive([0.5; 3], i));
+                    let gloss = points.map(|u| plastic.reflection(view, [u[1], u[2]]));
+                    let seen = gloss
+                        .filter(|(light, _)| light.z > 0.0)
+                        .map(|(_, weight)| weight.x);
+                    plastic.base_albedo(cos).x + seen.sum::<f32>() / 4096.0
+                };
+                for cos in [0.2, 0.5, 1.0] {
+                    let white = of(1.0, cos);
+                    assert!(
+                        (white - 1.0).abs() < 0.01,
+                        "alpha {alpha}, index {ior}, cosine {cos}: {white}"
+                    );
+                    let grey = of(0.8, cos);
+                    assert!((0.79..1.0).contains(&grey), "{grey}");
+                }
             }
         }
     }

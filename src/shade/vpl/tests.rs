@@ -41,6 +41,7 @@ fn coated(alpha: f32) -> Material {
             alpha,
             distribution: MicrofacetDistribution::Ggx,
             nonlinear: false,
+            lossless: false,
         },
         ..plain("coated", [0.0; 3])
     }

@@ -256,6 +256,7 @@ fn glossy(alpha: f32) -> Material {
             alpha,
             distribution: MicrofacetDistribution::Ggx,
             nonlinear: false,
+            lossless: false,
         },
         ..grey()
     }

@@ -44,7 +44,8 @@ fn materials_of_every_kind() {
             ior: 1.5,
             alpha: 0.2,
             distribution: MicrofacetDistribution::Ggx,
-            nonlinear: true
+            nonlinear: true,
+            lossless: false,
         }
     );
     let (m, _) = material(
@@ -234,4 +235,88 @@ fn blends_of_constant_diffuse_materials_are_their_mean() {
         "<bsdf type='plastic'/>",
     );
     assert_eq!(notes, ["`blendbsdf` becomes the first of its materials"]);
+}
+
+#[test]
+fn scales_around_textures_are_factors() {
+    let bitmap = "<texture type='bitmap' id='t'><string name='filename' value='a.png'/></texture>";
+    let scale = "<texture name='reflectance' type='scale'><rgb name='scale' value='0.5 0.25 1'/><ref id='t'/></texture>";
+    let scene = load(
+        "0.6.0",
+        &format!(
+            "{bitmap}<shape type='cube'><bsdf type='diffuse'>{scale}</bsdf></shape><shape type='cube'><bsdf type='diffuse'><ref name='reflectance' id='t'/></bsdf></shape>"
+        ),
+    );
+    let factor = |i: usize| match scene.materials[scene.shapes[i].material].bsdf {
+        Bsdf::Diffuse {
+            reflectance: ColourSource::Texture(texture),
+        } => scene.textures[texture].factor,
+        ref other => panic!("{other:?}"),
+    };
+    assert_eq!([factor(0), factor(1)], [[0.5, 0.25, 1.0], [1.0; 3]]);
+}
+
+#[test]
+fn textures_are_turned_by_their_transforms() {
+    let texture = |transform: &str| {
+        let transform = format!("<transform name='to_uv'>{transform}</transform>");
+        let texture = format!(
+            "<texture name='reflectance' type='bitmap'><string name='filename' value='a.png'/>{transform}</texture>"
+        );
+        let scene = load(
+            "3.0.0",
+            &format!("<shape type='cube'><bsdf type='diffuse'>{texture}</bsdf></shape>"),
+        );
+        (scene.textures[0].clone(), scene.notes)
+    };
+    let (turned, notes) =
+        texture("<scale x='2' y='3'/><rotate z='1' angle='30'/><translate x='0.1' y='0.2'/>");
+    assert!(notes.is_empty(), "{notes:?}");
+    let at = |t: &crate::scene::TextureDescription, uv: [f32; 2]| {
+        let scaled = glam::Vec2::from(uv) * glam::Vec2::from(t.uv_scale);
+        let turn = glam::Vec2::from_angle(t.uv_turn_rad);
+        turn.rotate(scaled) + glam::Vec2::from(t.uv_offset)
+    };
+    for [u, v] in [[0.1_f32, 0.1], [0.7, 0.2], [0.3, 0.9]] {
+        // In Mitsuba, with v downwards: scale, turn, shift.
+        let (sine, cosine) = 30.0_f32.to_radians().sin_cos();
+        let (x, y) = (2.0 * u, 3.0 * v);
+        let expected = [
+            cosine * x - sine * y + 0.1,
+            1.0 - (sine * x + cosine * y + 0.2),
+        ];
+        let found = at(&turned, [u, 1.0 - v]);
+        assert!(
+            found.distance(expected.into()) < 1e-5,
+            "{found} {expected:?}"
+        );
+    }
+    let (_, notes) = texture("<matrix value='1 0.5 0 0 0 1 0 0 0 0 1 0 0 0 0 1'/>");
+    assert_eq!(notes, ["the shear of a texture is ignored"]);
+}
+
+#[test]
+fn bent_normals_are_softened_where_the_file_says_nothing() {
+    let bump = |inner: &str| {
+        let texture = "<texture type='bitmap'><string name='filename' value='a.png'/></texture>";
+        material(
+            "3.0.0",
+            &format!("<bsdf type='bumpmap'>{texture}{inner}<bsdf type='diffuse'/></bsdf>"),
+        )
+    };
+    assert!(bump("").0.soft_terminators);
+    assert!(
+        !bump("<boolean name='use_shadowing_function' value='false'/>")
+            .0
+            .soft_terminators
+    );
+    let (_, notes) = bump("<boolean name='flip_invalid_normals' value='false'/>");
+    assert_eq!(notes.len(), 1);
+    let message = error(&format!(
+        "{SENSOR}<shape type='cube'><bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf></shape>"
+    ));
+    assert!(
+        message.contains("`bumpmap` needs a texture inside"),
+        "{message}"
+    );
 }

@@ -62,3 +62,51 @@ fn errors_have_places_and_advice() {
         assert!(message.contains(expected), "{message}\n{expected}");
     }
 }
+
+#[test]
+fn ids_are_given_once() {
+    let message = error(&format!(
+        "{SENSOR}\n<bsdf type='diffuse' id='wall'/>\n<shape type='cube'>\n  <bsdf type='plastic' id='wall'/></shape>"
+    ));
+    assert!(
+        message.starts_with("dir/s.xml:4:3: the id `wall` is taken already, at 2:1"),
+        "{message}"
+    );
+    let message = error(&format!(
+        "{SENSOR}<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='b'/>\n<alias id='a' as='b'/>"
+    ));
+    assert!(
+        message.contains(":2:1: the id `b` is taken already"),
+        "{message}"
+    );
+    let scene = load(
+        "3.0.0",
+        "<bsdf type='diffuse' id='a'/><alias id='a' as='c'/><shape type='cube'><ref id='c'/></shape>",
+    );
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+}
+
+#[test]
+fn the_longest_parameter_that_fits_is_put_in() {
+    // As Mitsuba 3.9.1: radius 2, then 3.5.
+    for (names, value, expected) in [
+        (
+            "<default name='a-b' value='2'/><default name='a' value='3'/>",
+            "$a-b",
+            2.0,
+        ),
+        ("<default name='a' value='3'/>", "$a.5", 3.5),
+        (
+            "<default name='a' value='3'/><default name='ab' value='7'/>",
+            "$ab$a",
+            73.0,
+        ),
+    ] {
+        let sphere = format!("<shape type='sphere'><float name='radius' value='{value}'/></shape>");
+        let scene = load("3.0.0", &format!("{names}{sphere}"));
+        assert!(
+            matches!(scene.shapes[0].source, ShapeSource::Sphere { radius, .. } if radius == expected)
+        );
+    }
+    assert!(error("<default name='' value='3'/>").contains("a <default> needs a name"));
+}
