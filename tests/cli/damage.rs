@@ -1,7 +1,7 @@
 //! Folders and files that are damaged, and names that would damage others.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::{Output, Place, TINY};
 
@@ -17,14 +17,14 @@ fn finished() -> (Place, PathBuf) {
     (place, reference.expect("a reference"))
 }
 
-fn flip_a_bit(file: &PathBuf) {
+fn flip_a_bit(file: &Path) {
     let mut bytes = fs::read(file).expect("readable");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 4;
     fs::write(file, bytes).expect("writable");
 }
 
-fn names(file: &PathBuf, output: &Output) {
+fn names(file: &Path, output: &Output) {
     let name = file.file_name().expect("a name").to_string_lossy();
     let all = format!("{}{}", output.out, output.err);
     assert!(all.contains(&*name), "{name} in: {all}");
