@@ -118,7 +118,7 @@ pub enum EnvironmentError {
         "the environment's to_world must be a rotation (mirrored or uniformly scaled at most): {matrix}"
     )]
     NotARotation {
-        /// It, in words.
+        /// Its numbers, for the message.
         matrix: String,
     },
     /// No embedded map has the name.

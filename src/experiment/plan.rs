@@ -77,7 +77,7 @@ pub struct Job {
     pub incomplete: bool,
     /// Canonical id of what is computed.
     pub technique: String,
-    /// Those that the config sets; the others have their defaults.
+    /// Those that the config sets or sweeps; the others have their defaults.
     pub technique_parameters: Table,
     /// Canonical id of the method; [`super::EXACT`] for the shading function itself.
     pub method: String,
@@ -87,7 +87,7 @@ pub struct Job {
     pub method_parameters: Table,
     /// Map that replaces the scene's, by name.
     pub environment: Option<String>,
-    /// What the contenders share, scaled.
+    /// What the contenders share; records are scaled with the image.
     pub budget: Budget,
     /// Tells repeats of a case apart.
     pub seed: u64,

@@ -91,7 +91,7 @@ pub struct Shape {
     pub pattern: Vec<[f32; 3]>,
     /// Index into the scene's triangles; those of a shape lie together.
     pub first_triangle: u32,
-    /// 0 where all were dropped or the file is absent.
+    /// How many follow from there; 0 where all were dropped or the file is absent.
     pub triangle_count: u32,
 }
 
@@ -116,9 +116,9 @@ impl Shape {
 /// What loading found, repaired, dropped and cost.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct BuildReport {
-    /// Those that are kept, of all shapes.
+    /// Triangles of all shapes that were kept.
     pub triangles: usize,
-    /// Those of all shapes.
+    /// Vertices of all shapes.
     pub vertices: usize,
     /// Triangles without area, before or after positions were rounded to f32.
     pub dropped_degenerate: usize,

@@ -11,7 +11,7 @@ use super::{
 /// A summary of a scene, loaded once in full.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct SceneCheck {
-    /// As commands take it.
+    /// What rows and result folders call it.
     pub name: String,
     /// For people; empty where the file gives none.
     pub title: String,
@@ -27,9 +27,9 @@ pub struct SceneCheck {
     pub shapes: usize,
     /// Those that emit light.
     pub emitting_shapes: usize,
-    /// How many there are.
+    /// How many the file declares, used or not.
     pub materials: usize,
-    /// How many there are.
+    /// How many the file declares, used or not.
     pub textures: usize,
     /// Lights without extent, one a line.
     pub lights: Vec<String>,

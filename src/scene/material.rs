@@ -46,12 +46,12 @@ pub enum MicrofacetDistribution {
 pub enum Bsdf {
     /// Lambertian reflection.
     Diffuse {
-        /// Albedo, in [0, 1] per channel.
+        /// Albedo, linear RGB.
         reflectance: ColourSource,
     },
     /// A diffuse base under a dielectric coating; `alpha = 0` is the smooth plastic.
     Plastic {
-        /// Albedo of the base, in [0, 1] per channel.
+        /// Albedo of the base, linear RGB.
         diffuse: ColourSource,
         /// Factor on the reflection of the coating, linear RGB; 1 is physical.
         specular: [f32; 3],

@@ -49,7 +49,7 @@ pub enum Viewer {
     View(String),
     /// It follows a path.
     Path {
-        /// Of a path of the scene.
+        /// Name of the path: one of the scene, or of the config.
         name: String,
         /// Of a stereo pair 0 is the left one.
         eye: usize,

@@ -9,7 +9,7 @@ use super::BsdfSample;
 /// Lambertian reflection of one side.
 #[derive(Clone, Copy, Debug)]
 pub struct Diffuse {
-    /// Albedo, in [0, 1] per channel.
+    /// Albedo, linear RGB.
     pub reflectance: Vec3,
 }
 
