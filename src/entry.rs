@@ -30,6 +30,7 @@ pub enum Bias {
 pub struct ParameterError {
     /// Key in the parameter table; `id` for the name of the method itself.
     pub key: String,
+    /// What is expected, a sentence.
     pub message: String,
 }
 
@@ -46,14 +47,17 @@ impl ParameterError {
 /// What every entry of the registry says of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct About {
+    /// Canonical name, as plans and rows have it.
     pub id: &'static str,
     /// Source of the module; its head comment is the body of the page.
     pub module: &'static str,
+    /// Other names that are understood.
     pub aliases: &'static [&'static str],
     /// One line.
     pub summary: &'static str,
     /// Paper, section and equations; "reconstruction" where it is one.
     pub source: &'static str,
+    /// How its results relate to the truth.
     pub bias: Bias,
     /// Raised whenever the same job would give another result; results of older versions are not reused.
     pub version: u32,

@@ -23,10 +23,15 @@ const ROUNDS: usize = 7;
 
 /// Triangles and a camera.
 pub struct Scene {
+    /// Heads its table.
     pub name: &'static str,
+    /// Corners, scene units.
     pub positions: Vec<Vec3>,
+    /// Indices of the corners.
     pub triangles: Vec<[u32; 3]>,
+    /// Where camera rays start.
     pub eye: Vec3,
+    /// What is in the middle of the image.
     pub look_at: Vec3,
 }
 

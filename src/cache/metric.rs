@@ -74,7 +74,9 @@ impl TangentMetric {
 /// What the records of a lookup are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ranking {
+    /// Distance in space, and the bend between normals.
     Combined(DistanceMetric),
+    /// The same, with weight on the distance off the tangent plane.
     Tangent(TangentMetric),
 }
 

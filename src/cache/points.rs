@@ -23,6 +23,7 @@ pub struct Sight {
 /// What placements work on: points seen by the camera, scene units, in row-major pixel order.
 #[derive(Clone, Debug, Default)]
 pub struct ShadingPoints {
+    /// On the surface, relative to the scene's centre.
     pub position: Vec<Vec3>,
     /// Unit shading normal, turned to the viewer's side.
     pub normal: Vec<Vec3>,
@@ -36,6 +37,7 @@ pub struct ShadingPoints {
     pub sight: Vec<Sight>,
     /// Film size in pixels.
     pub width: usize,
+    /// See `width`.
     pub height: usize,
     /// Index of the point of each pixel, or [`NO_POINT`].
     pub point_of_pixel: Vec<u32>,
@@ -48,6 +50,7 @@ pub struct ShadingPoints {
 }
 
 impl ShadingPoints {
+    /// How many points there are; all vectors but `point_of_pixel` and `sight` have this length.
     pub fn len(&self) -> usize {
         self.position.len()
     }
@@ -58,6 +61,7 @@ impl ShadingPoints {
         points + size_of_val(self.sight.as_slice()) + size_of_val(self.point_of_pixel.as_slice())
     }
 
+    /// Whether the camera sees no surface.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }

@@ -21,6 +21,7 @@ pub struct SearchRule {
     pub used: usize,
     /// Largest angle between normals, degrees (θ_max); from 180 on there is no filter.
     pub max_angle_deg: f32,
+    /// What the candidates are ranked by.
     pub metric: Ranking,
 }
 
@@ -49,6 +50,7 @@ impl SearchRule {
 /// A record chosen for a query.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Neighbour {
+    /// Index among the records searched.
     pub record: u32,
     /// Combined distance, scene units.
     pub distance: f32,

@@ -21,6 +21,7 @@ It exits with 0 whatever changed, and with 3 where the folders have no job in co
 #[derive(Debug, Parser)]
 #[command(name = "lightbench", version, after_help = NOTES)]
 pub struct Cli {
+    /// What to do.
     #[command(subcommand)]
     pub verb: Verb,
 }

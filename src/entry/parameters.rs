@@ -9,13 +9,17 @@ use crate::suggest::advice;
 /// One documented parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
+    /// Name in the parameter table.
     pub key: &'static str,
     /// The default as one writes it in TOML; `None` where the parameter is absent by default.
     pub default: fn() -> Option<String>,
     /// Empty when dimensionless.
     pub unit: &'static str,
+    /// What it takes, whatever its range.
     pub kind: Kind,
+    /// Which of its numbers are accepted.
     pub range: Range,
+    /// A phrase for its page.
     pub meaning: &'static str,
 }
 

@@ -5,6 +5,7 @@ use toml::Value;
 /// Which numbers a parameter takes; infinity and NaN are in no range.
 #[derive(Clone, Copy, Debug)]
 pub enum Range {
+    /// All finite numbers.
     Any,
     /// From here on.
     AtLeast(f64),

@@ -8,14 +8,17 @@ use super::Parameter;
 /// What a parameter takes, whatever its range.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
+    /// A real number.
     Number,
     /// A number, or this word.
     NumberOr(&'static str),
+    /// A whole number.
     Whole,
     /// A whole number, or this word.
     WholeOr(&'static str),
     /// An array of so many numbers.
     Numbers(usize),
+    /// `true` or `false`.
     Flag,
     /// One of these words.
     Words(&'static [&'static str]),
@@ -25,6 +28,7 @@ pub enum Kind {
 
 /// A type of parameters.
 pub trait Setting: Serialize + DeserializeOwned {
+    /// What values look like in TOML.
     const KIND: Kind;
 }
 

@@ -25,6 +25,7 @@ pub struct Light {
     pub direction: Vec3,
     /// Σ radiance · solid angle of what it stands for, linear RGB: the irradiance of a facing surface.
     pub power: [f64; 3],
+    /// Which part of the map it stands for.
     pub kind: LightKind,
     /// Half the opening angle of the cone about `direction` that holds all it stands for, in [0, π].
     pub extent_rad: f32,
@@ -33,6 +34,7 @@ pub struct Light {
 /// The lights of a map under one sampler; none of them is black.
 #[derive(Clone, Debug, Default)]
 pub struct LightSet {
+    /// Each stands for a part of the map.
     pub lights: Vec<Light>,
     /// Texels (row-major) that the direct lights stand for.
     pub emissive: Vec<u32>,

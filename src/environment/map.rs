@@ -26,6 +26,7 @@ pub struct EnvironmentOptions {
     pub scale: f32,
     /// Turns the map: a rotation, possibly mirrored; uniform scale and translation are ignored.
     pub to_world: DMat4,
+    /// Where its rows lie.
     pub rows: EnvironmentRows,
 }
 
@@ -43,8 +44,11 @@ impl Default for EnvironmentOptions {
 /// infinite by the largest finite value of the channel. Counted per channel value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Sanitised {
+    /// Replaced by 0.
     pub nan: usize,
+    /// Replaced by the channel's largest finite value.
     pub infinite: usize,
+    /// Replaced by 0.
     pub negative: usize,
 }
 
@@ -232,10 +236,12 @@ impl Environment {
         }
     }
 
+    /// Texels of a row: azimuths.
     pub fn width(&self) -> usize {
         self.width
     }
 
+    /// Texels of a column: from +y down to −y before `to_world`.
     pub fn height(&self) -> usize {
         self.height
     }

@@ -50,7 +50,9 @@ use crate::entry::{About, ParameterError};
 
 /// A sampler of environment maps.
 pub struct SamplerEntry {
+    /// What the registry says of it.
     pub about: About,
+    /// Makes the sampler with the parameters of a table, which it checks.
     pub build: fn(&toml::Table) -> Result<EnvironmentSampler, ParameterError>,
 }
 
@@ -83,6 +85,7 @@ pub enum EnvironmentSampler {
     PerPoint(mis::Mis),
     /// Lights chosen anew at every shading point, and their visibility filtered.
     Product {
+        /// Those of candidates, ratio and filter; those of the filter go unused where `unbiased`.
         parameters: product_ratio::ProductRatio,
         /// Whether texels are lit as they are, without ratio and filter.
         unbiased: bool,
@@ -94,16 +97,40 @@ use std::path::PathBuf;
 /// Why there is no environment.
 #[derive(Debug, thiserror::Error)]
 pub enum EnvironmentError {
+    /// The map's file cannot be read.
     #[error("{}: {message}", path.display())]
-    Read { path: PathBuf, message: String },
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What reading it said.
+        message: String,
+    },
+    /// The map's image has no rows or no columns.
     #[error("an environment map needs at least one pixel, this one has {width}×{height}")]
-    Empty { width: usize, height: usize },
+    Empty {
+        /// Pixels.
+        width: usize,
+        /// Pixels.
+        height: usize,
+    },
+    /// The matrix that places the map shears it, stretches it unevenly or is singular.
     #[error(
         "the environment's to_world must be a rotation (mirrored or uniformly scaled at most): {matrix}"
     )]
-    NotARotation { matrix: String },
+    NotARotation {
+        /// Its numbers, for the message.
+        matrix: String,
+    },
+    /// No embedded map has the name.
     #[error("no environment map is called `{name}`")]
-    Unknown { name: String },
+    Unknown {
+        /// As the scene gives it.
+        name: String,
+    },
+    /// The daylight model has no such sky: the sun is too low, or turbidity or albedo out of range.
     #[error("{message}")]
-    Sky { message: String },
+    Sky {
+        /// What is wrong with it.
+        message: String,
+    },
 }

@@ -13,6 +13,7 @@ use crate::technique::{TechniqueEntry, UNITS, Unit};
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "BTreeMap<String, f64>")]
 pub struct Budget {
+    /// What is counted or timed.
     pub unit: &'static Unit,
     /// Whole, unless the unit is timed.
     pub amount: f64,

@@ -10,13 +10,16 @@ use super::{Job, Row};
 /// A scene seen from one of its views.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Place {
+    /// What rows call it: the config's label, or its name.
     pub scene: String,
+    /// A view by name, or the paths that viewers follow.
     pub view: String,
 }
 
 /// Swept keys and their values, sorted by key; empty without a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Swept {
+    /// Key and value, a key once.
     pub values: Vec<(String, Value)>,
 }
 
@@ -26,9 +29,13 @@ pub struct Swept {
 /// have the same case and seed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Case {
+    /// What is seen.
     pub place: Place,
+    /// Canonical id of what is computed.
     pub technique: String,
+    /// What tables call the contender.
     pub label: String,
+    /// Where in the sweep it lies.
     pub swept: Swept,
 }
 
@@ -118,6 +125,7 @@ fn value_text(value: &Value) -> String {
 /// A place as tables, figures and claims call it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedPlace {
+    /// As rows have it.
     pub place: Place,
     /// The scene's name where one view of it occurs, else `scene (view)`.
     pub name: String,

@@ -10,6 +10,7 @@ use super::{Job, Row};
 /// not left out.
 #[derive(Clone, Debug, Default)]
 pub struct Cases {
+    /// All that there are, failed ones included.
     pub rows: Vec<Row>,
     /// In the order of the plan.
     pub places: Vec<NamedPlace>,
@@ -27,6 +28,7 @@ pub struct Cases {
 /// A text that rows carry in their notes, and the runs that it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RowNote {
+    /// A sentence.
     pub text: String,
     /// Scene and label of each run, once.
     pub runs: Vec<String>,

@@ -26,12 +26,15 @@ pub struct Judged {
     pub scene: String,
     /// Swept values as text, empty without a sweep.
     pub at: String,
+    /// Whether it holds.
     pub verdict: Verdict,
     /// Mean of the side that is stated to be smaller, and of the larger one.
     pub smaller: f64,
+    /// See `smaller`.
     pub larger: f64,
     /// Half width of the 95 % interval of `larger − smaller`, paired by seed; `None` for one run.
     pub half_width: Option<f64>,
+    /// Seeds for which both sides have a value.
     pub repeats: usize,
 }
 

@@ -15,9 +15,13 @@ use super::Row;
 /// What a column is measured in, which decides how its numbers are scaled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
+    /// Nothing: a plain number, or text.
     None,
+    /// dB, never scaled.
     Decibel,
+    /// Shown in seconds, short ones in milliseconds.
     Seconds,
+    /// Shown in KiB or MiB.
     Bytes,
     /// A count, shown in powers of a thousand.
     Count,
@@ -26,8 +30,11 @@ pub enum Unit {
 /// How a column is read from a row.
 #[derive(Clone, Copy)]
 pub enum Cells {
+    /// Words of the row.
     Text(fn(&Row) -> String),
+    /// A whole number; `None` leaves the cell empty.
     Count(fn(&Row) -> Option<u64>),
+    /// A real number; `None` leaves the cell empty.
     Number(fn(&Row) -> Option<f64>),
     /// Follows from other columns: for tables, plots and claims, not in `rows.csv`.
     Derived(fn(&Row) -> Option<f64>),
@@ -42,11 +49,15 @@ pub enum Cells {
 pub struct ColumnEntry {
     /// Name in `rows.csv`.
     pub key: &'static str,
+    /// What tables and axes call it; of columns of stages what comes before the stage.
     pub heading: &'static str,
+    /// Of all its numbers.
     pub unit: Unit,
     /// Whether smaller values are better; `None` where neither way is.
     pub lower_is_better: Option<bool>,
+    /// A phrase for the page of columns.
     pub meaning: &'static str,
+    /// Where its values come from.
     pub cells: Cells,
 }
 
@@ -55,7 +66,9 @@ pub struct ColumnEntry {
 pub struct Column {
     /// Name in `rows.csv`.
     pub key: String,
+    /// What tables and axes call it.
     pub heading: String,
+    /// Of all its numbers.
     pub unit: Unit,
     /// Whether smaller values are better; `None` where neither way is.
     pub lower_is_better: Option<bool>,

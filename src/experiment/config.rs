@@ -18,12 +18,15 @@ use crate::suggest::with_hint;
 pub struct Config {
     /// Names the results folder.
     pub name: String,
+    /// Heading of the report; empty: the name.
     #[serde(default)]
     pub title: String,
+    /// Id or alias of what is computed: `lightbench list`.
     pub technique: String,
     /// Parameters of the technique, shared by reference and contenders.
     #[serde(default)]
     pub parameters: toml::Table,
+    /// What is rendered, scene by scene.
     pub scene: Vec<SceneChoice>,
     /// Frames and viewers; without it each scene is one still picture.
     #[serde(default)]
@@ -31,10 +34,13 @@ pub struct Config {
     /// Camera paths, lights, shapes and motions that each scene has besides its own, as in scene files.
     #[serde(default)]
     pub path: Vec<toml::Table>,
+    /// Lights without extent, each as `[[light]]` of a scene file.
     #[serde(default)]
     pub light: Vec<toml::Table>,
+    /// Shapes, each as `[[shape]]` of a scene file.
     #[serde(default)]
     pub shape: Vec<toml::Table>,
+    /// Motions of the scene's things or of those added here, each as `[[motion]]` of a scene file.
     #[serde(default)]
     pub motion: Vec<toml::Table>,
     /// The contenders: `id`, optional `label`, and the method's parameters.
@@ -63,6 +69,7 @@ pub struct Config {
     /// Sub-pixel samples of reference and contenders alike.
     #[serde(default = "one")]
     pub spp: u32,
+    /// Seed of the first repeat.
     #[serde(default = "one_u64")]
     pub seed: u64,
     /// Each contender is run with seeds `seed, seed + 1, …`.
@@ -74,14 +81,19 @@ pub struct Config {
     /// Jobs whose non-finite samples are tolerated (they are counted and reported all the same).
     #[serde(default)]
     pub allow_non_finite: bool,
+    /// Tables that the report has of the rows.
     #[serde(default)]
     pub table: Vec<TableSpec>,
+    /// Figures that the report has of rows and images.
     #[serde(default)]
     pub figure: Vec<FigureSpec>,
+    /// Statements of the paper, judged in the report and, where there is no gate, by `lightbench gate`.
     #[serde(default)]
     pub claim: Vec<ClaimSpec>,
+    /// Bounds that `lightbench gate` judges.
     #[serde(default)]
     pub gate: Vec<GateSpec>,
+    /// Numbers of the paper, shown beside those measured.
     #[serde(default)]
     pub published: Vec<Published>,
 }
@@ -102,11 +114,14 @@ fn unit_scale() -> Scale {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(untagged)]
 pub enum OneOrMore {
+    /// A string.
     One(String),
+    /// An array of strings.
     More(Vec<String>),
 }
 
 impl OneOrMore {
+    /// The names in the order of the file; one of a single name.
     pub fn names(&self) -> &[String] {
         match self {
             Self::One(name) => std::slice::from_ref(name),
@@ -119,6 +134,7 @@ impl OneOrMore {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneChoice {
+    /// A shipped scene, one on `LIGHTBENCH_SCENES`, or a scene file.
     pub name: String,
     /// Used when `name` is not found: the shipped scene of the same kind.
     #[serde(default)]
@@ -129,22 +145,28 @@ pub struct SceneChoice {
     /// The name the paper's tables use.
     #[serde(default)]
     pub paper: Option<String>,
+    /// A view of the scene by name; default: its first one.
     #[serde(default)]
     pub view: Option<String>,
     /// In place of the `path` of `[sequence]`.
     #[serde(default)]
     pub path: Option<String>,
+    /// Records at full size, in place of the experiment's.
     #[serde(default)]
     pub caches: Option<u64>,
+    /// Shadow rays per shading point, in place of the experiment's.
     #[serde(default)]
     pub lights: Option<u64>,
+    /// Paths through each pixel of a frame, in place of the experiment's.
     #[serde(default)]
     pub samples: Option<u64>,
+    /// Seconds of each image, in place of the experiment's.
     #[serde(default)]
     pub seconds: Option<f64>,
     /// Replaces the scene's environment; several maps make several scenes.
     #[serde(default)]
     pub environment: Option<OneOrMore>,
+    /// Width and height in pixels before scaling, in place of the experiment's.
     #[serde(default, deserialize_with = "arrays::optional")]
     pub size: Option<[usize; 2]>,
     /// Replaces the scene's AO distance, scene units.
@@ -170,11 +192,13 @@ pub struct SceneChoice {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct SceneTransform {
+    /// Factor on all lengths; applied first.
     #[serde(default = "unit")]
     pub scale: f64,
     /// Degrees about +y.
     #[serde(default)]
     pub rotate_y_deg: f64,
+    /// What is added to all positions, scene units after scaling; applied last.
     #[serde(default, deserialize_with = "arrays::fixed")]
     pub translate: [f64; 3],
 }
@@ -201,6 +225,7 @@ fn unit() -> f64 {
 pub struct TableSpec {
     /// File name of the table.
     pub name: String,
+    /// Heading in the report; empty: the name.
     #[serde(default)]
     pub title: String,
     /// `methods` (one line a method, columns scene × metric), `averages` (one line a method, means over
@@ -218,15 +243,23 @@ pub struct TableSpec {
     pub cost: String,
 }
 
+/// What the lines and columns of a table are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TableKind {
+    /// A line for each method, columns scene × metric.
     Methods,
+    /// A line for each method: means over the scenes, and mean ranks.
     Averages,
+    /// A line for each stage, columns scene × method.
     Stages,
+    /// A line for each method, columns the swept values.
     Sweep,
+    /// A line for each method: its error over that of the first one at the same budgets.
     Change,
+    /// A line for each method: its error over that of the first one where it costs as much.
     EqualCost,
+    /// A line for each method: its cost over that of the first one where it errs as much.
     EqualError,
 }
 
@@ -248,8 +281,10 @@ fn default_metrics() -> Vec<String> {
 pub struct FigureSpec {
     /// File name of the figure.
     pub name: String,
+    /// Heading in the report; empty: the name.
     #[serde(default)]
     pub title: String,
+    /// What is drawn.
     pub kind: FigureKind,
     /// Scenes to show (resolved names or glob patterns); default all.
     #[serde(default)]
@@ -265,6 +300,7 @@ pub struct FigureSpec {
     /// those, `rmse` and `flip_ldr` by default; `timeline`: `frame` or `time` and columns of `frames.csv`.
     #[serde(default)]
     pub x: Option<String>,
+    /// The row columns, or of `timeline` those of `frames.csv`, on the vertical axes; see `x`.
     #[serde(default)]
     pub y: Vec<String>,
     /// `timeline`: a line for each viewer in place of their mean; `frames`: rows for each viewer in place of the
@@ -299,6 +335,7 @@ impl FigureKind {
     }
 }
 
+/// What a figure shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FigureKind {
@@ -328,6 +365,7 @@ pub enum FigureKind {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClaimSpec {
+    /// What the paper says, in a sentence.
     pub text: String,
     /// Where the paper says so.
     #[serde(rename = "where")]
@@ -343,8 +381,11 @@ pub struct ClaimSpec {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GateSpec {
+    /// What must hold, in a sentence.
     pub text: String,
+    /// The comparison that must hold, written as in [`ClaimSpec::expect`].
     pub expect: String,
+    /// Scenes it is about (names of rows, or the paper's); default all.
     #[serde(default)]
     pub scenes: Vec<String>,
 }
@@ -370,17 +411,35 @@ pub struct Published {
 /// An experiment file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
+    /// The file cannot be read, or no shipped config or several have its name.
     #[error("{}: {reason}", file.display())]
-    Read { file: PathBuf, reason: String },
+    Read {
+        /// The file or name as it was given.
+        file: PathBuf,
+        /// What the system, or the search among shipped configs, says.
+        reason: String,
+    },
+    /// A key or value of a file is wrong.
     #[error("{}:{line}:{column}: {message}", file.display())]
     At {
+        /// The config that holds it.
         file: PathBuf,
+        /// Counted from 1.
         line: usize,
+        /// Counted from 1, in characters.
         column: usize,
+        /// What is wrong, and what is expected.
         message: String,
     },
+    /// An override from the command line or a suite is wrong: its form, its key or its value.
     #[error("override `{text}`: {message}")]
-    Override { text: String, message: String },
+    Override {
+        /// The override as written.
+        text: String,
+        /// What is wrong, and what is expected.
+        message: String,
+    },
+    /// An error that has no place in a file; its message.
     #[error("{0}")]
     Other(String),
 }
@@ -389,7 +448,9 @@ pub enum ConfigError {
 /// none, and its errors are their messages.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
+    /// Empty where no file holds the text.
     pub file: PathBuf,
+    /// The whole file.
     pub text: String,
 }
 
@@ -415,6 +476,10 @@ impl Source {
         }
     }
 
+    /// Reads a config file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is not UTF-8.
     pub fn read(file: &Path) -> Result<Self, ConfigError> {
         let text = std::fs::read_to_string(file).map_err(|error| ConfigError::Read {
             file: file.to_owned(),

@@ -29,11 +29,17 @@ enum Term {
 /// Both sides of a comparison for one set of rows: it holds if `smaller < larger`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
+    /// Value of the side that is stated to be smaller.
     pub smaller: f64,
+    /// Value of the other side.
     pub larger: f64,
 }
 
 impl Expression {
+    /// Reads a comparison; `<=` and `>=` count as `<` and `>`.
+    ///
+    /// # Errors
+    /// A sentence that says what is expected, and where.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut parser = Parser { text, at: 0 };
         let left = parser.sum()?;

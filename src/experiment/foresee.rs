@@ -7,7 +7,9 @@ use crate::technique::{Film, Foreseen};
 
 /// A job, and what it is about to take.
 pub struct JobMemory<'a> {
+    /// The first job of its case.
     pub job: &'a Job,
+    /// What it keeps, and what it needs beside.
     pub bytes: Foreseen,
 }
 

@@ -11,6 +11,7 @@ use crate::image::{Image, overview, write_png_coded};
 
 /// Names within a job's folder.
 pub const MAP_FILE: &str = "map.png";
+/// The lights of the job's sampler and where they lie on the map.
 pub const LIGHTS_FILE: &str = "lights.json";
 /// Pixels of the picture, at most.
 const WIDTH: usize = 512;

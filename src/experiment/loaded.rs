@@ -9,6 +9,7 @@ use crate::world::World;
 
 /// A scene that was loaded for a job, with only what its technique needs.
 pub struct Loaded {
+    /// The scene over time, with its trees.
     pub world: World,
     /// As its file and the config declare it.
     pub declared: SceneDescription,

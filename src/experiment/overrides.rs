@@ -9,7 +9,9 @@ use crate::suggest::hint;
 /// An override with one or more values; more than one makes a sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Override {
+    /// Path of a key, its parts joined by dots.
     pub key: String,
+    /// At least one.
     pub values: Vec<Value>,
 }
 

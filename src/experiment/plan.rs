@@ -20,11 +20,15 @@ use crate::technique::{Casts, Choice, Technique, TechniqueEntry, Terms};
 /// A resolved experiment: nothing is left to decide before rays are traced.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Plan {
+    /// Names the results folder.
     pub name: String,
+    /// Heading of the report.
     pub title: String,
     /// The config files as given.
     pub configs: Vec<PathBuf>,
+    /// The overrides as given, `key=value`.
     pub overrides: Vec<String>,
+    /// Those that are to be run, in order.
     pub jobs: Vec<Job>,
     /// Scenes that were replaced or left out, a sentence each.
     pub notes: Vec<String>,
@@ -42,6 +46,7 @@ pub struct Job {
     pub scene: String,
     /// The scene that is loaded: differs from `asked` when another one stands in.
     pub found: String,
+    /// The scene that the config names.
     pub asked: String,
     /// The paper's name of the scene.
     pub paper: Option<String>,
@@ -56,8 +61,10 @@ pub struct Job {
     /// Key of what the scene shows, and whether that changes with time.
     #[serde(default)]
     pub shown: String,
+    /// Whether what is seen changes with time.
     #[serde(default)]
     pub moves: bool,
+    /// A similarity applied to the whole scene, camera included.
     pub transform: Option<SceneTransform>,
     /// In place of what the scene declares.
     #[serde(default)]
@@ -68,23 +75,33 @@ pub struct Job {
     /// Whether meshes and textures of the scene may be absent.
     #[serde(default)]
     pub incomplete: bool,
+    /// Canonical id of what is computed.
     pub technique: String,
+    /// Those that the config sets or sweeps; the others have their defaults.
     pub technique_parameters: Table,
     /// Canonical id of the method; [`super::EXACT`] for the shading function itself.
     pub method: String,
+    /// What tables call the contender.
     pub label: String,
+    /// Those that the config sets or sweeps; the others have their defaults.
     pub method_parameters: Table,
     /// Map that replaces the scene's, by name.
     pub environment: Option<String>,
+    /// What the contenders share; records are scaled with the image.
     pub budget: Budget,
+    /// Tells repeats of a case apart.
     pub seed: u64,
+    /// Pixels, scaled.
     pub width: usize,
+    /// Pixels, scaled.
     pub height: usize,
+    /// Sub-pixel samples of reference and contenders alike.
     pub spp: u32,
     /// Swept keys and their values in this job.
     pub sweep: BTreeMap<String, Value>,
     /// Key of the reference image; of a sequence one that stands for all of its references.
     pub reference: String,
+    /// Whether the job counts as done with non-finite samples.
     pub allow_non_finite: bool,
 }
 

@@ -142,6 +142,10 @@ impl Provenance {
         self.scenes.extend(other.scenes);
     }
 
+    /// Writes `provenance.json` into a results folder.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
     pub fn write(&self, store: &Store) -> io::Result<()> {
         store.write(FILE, &format!("{}\n", serde_json::to_string_pretty(self)?))
     }

@@ -13,6 +13,7 @@ const CHECKSUM: &str = "blake3";
 /// A reference image: mean over passes, and the variance of that mean.
 #[derive(Clone, Debug)]
 pub struct Reference {
+    /// Linear RGB, over the passes.
     pub mean: Image,
     /// Sum of squared deviations of the passes from their mean, per pixel and channel.
     deviations: Image,
@@ -22,8 +23,11 @@ pub struct Reference {
     pub wanted: u32,
     /// Whether passes are random, so that their spread says how noisy the mean is.
     pub random: bool,
+    /// Samples that were kept out of the passes.
     pub non_finite: u64,
+    /// Wall time that its passes took, over all runs that extended it.
     pub seconds: f64,
+    /// Closest-hit and any-hit rays of its passes.
     pub rays: u64,
 }
 

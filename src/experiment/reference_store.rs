@@ -21,6 +21,7 @@ const DAMAGED: &str = "damaged";
 /// A folder of references.
 #[derive(Clone, Debug)]
 pub struct ReferenceStore {
+    /// Holds `<key>.exr` of each reference.
     pub folder: PathBuf,
 }
 
@@ -29,6 +30,7 @@ pub struct ReferenceStore {
 pub struct Stored {
     /// Key and file, by key.
     pub references: Vec<(String, PathBuf)>,
+    /// Damaged files, renamed and out of use.
     pub set_aside: Vec<PathBuf>,
 }
 

@@ -15,10 +15,15 @@ use super::{Job, Swept};
 pub struct Row {
     /// Content id: hexadecimal hash of everything that determines the result.
     pub job: String,
+    /// Name of the config.
     pub experiment: String,
+    /// The config's label of the scene, or its name.
     pub scene: String,
+    /// View of the scene, or the paths that viewers follow.
     pub view: String,
+    /// Of a sequence the measured frame in the middle, whose image the job keeps as its own; 0 for a still.
     pub frame: u32,
+    /// Canonical id of what is computed.
     pub technique: String,
     /// Canonical id of the method.
     pub method: String,
@@ -32,11 +37,18 @@ pub struct Row {
     pub params: Map<String, Value>,
     /// What the contenders share, for example `caches=7500` or `lights=16`.
     pub budget: String,
+    /// Tells repeats of a case apart.
     pub seed: u64,
+    /// Pixels of a row of the image.
     pub width: usize,
+    /// Pixels of a column of the image.
     pub height: usize,
+    /// Camera samples a pixel.
     pub spp: u32,
+    /// Records that were made, of a sequence in the mean of its images; `None` where records are not the
+    /// budget.
     pub caches: Option<u64>,
+    /// Lights that were made, of a sequence in the mean of its images; `None` where there is no set of lights.
     pub lights: Option<u64>,
     /// Closest-hit rays.
     pub rays: u64,
@@ -45,7 +57,9 @@ pub struct Row {
     /// Closest-hit and any-hit rays of a search for settings, which are in no total; its time is the stage
     /// `search_settings`.
     pub search_rays: u64,
+    /// Any-hit rays of that search.
     pub search_shadow_rays: u64,
+    /// Searches for the records near a point.
     pub lookups: u64,
     /// Bytes of geometry, trees, textures and map.
     pub bytes_scene: u64,
@@ -63,17 +77,27 @@ pub struct Row {
     pub cpu_seconds: Map<String, Value>,
     /// Stage name → CPU seconds of the coordinating thread over those of all, in [0, 1].
     pub serial_share: Map<String, Value>,
+    /// Root mean square error over pixels and channels.
     pub rmse: Option<f64>,
+    /// Relative mean square error.
     pub relmse: Option<f64>,
+    /// `relmse` of images that are exposed, clamped and sRGB-coded.
     pub relmse_display: Option<f64>,
+    /// Peak signal-to-noise ratio, dB; `None` also where the images are equal.
     pub psnr: Option<f64>,
+    /// Structural similarity, 1 where the images are equal.
     pub ssim: Option<f64>,
+    /// Structural similarity over several scales, 1 where the images are equal.
     pub ms_ssim: Option<f64>,
+    /// Mean FLIP of the tone-mapped images, in [0, 1].
     pub flip_ldr: Option<f64>,
+    /// Mean over pixels of the largest FLIP among several exposures, in [0, 1].
     pub flip_hdr: Option<f64>,
     /// Frames that were rendered, those of them that were measured, and viewers of each.
     pub frames: u64,
+    /// Frames that errors are over.
     pub frames_measured: u64,
+    /// Cameras that see each frame.
     pub viewers: u64,
     /// RMSE of the worst frame of any viewer.
     pub rmse_worst: Option<f64>,

@@ -24,9 +24,11 @@ const ROWS_SHARE: u32 = 20;
 pub struct RunOptions {
     /// `results/<name>/`.
     pub folder: PathBuf,
+    /// The reference store that experiments share.
     pub references: PathBuf,
     /// Stop at the first job that fails.
     pub fail_fast: bool,
+    /// Whether progress is kept from standard error.
     pub quiet: bool,
     /// How often a sequence at work is saved, so that it goes on there after an interruption.
     pub checkpoint_every: Duration,
@@ -35,20 +37,27 @@ pub struct RunOptions {
 /// How many jobs were done now, earlier, and in vain.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Outcome {
+    /// Jobs that were run now, those that failed included.
     pub done: usize,
+    /// Jobs that had a row without failure already.
     pub found: usize,
+    /// Jobs of `done` whose row gives a reason of failure.
     pub failed: usize,
 }
 
 /// An error that ends the run; failures of single jobs are rows.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// A scene, map or file of a scene is absent or damaged.
     #[error("{0}")]
     Scene(#[from] crate::scene::SceneError),
+    /// The results folder or the reference store cannot be read or written.
     #[error("results: {0}")]
     Io(#[from] io::Error),
+    /// An image of the run cannot be read or written.
     #[error("{0}")]
     Image(#[from] crate::image::ImageError),
+    /// A technique is unknown, or it or a contender refuses its parameters.
     #[error("{0}")]
     Technique(String),
     /// A scene that has not what a technique is about.

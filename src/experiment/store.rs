@@ -15,6 +15,7 @@ use crate::files::at;
 /// `results/<name>/`.
 #[derive(Clone, Debug)]
 pub struct Store {
+    /// Holds the plan, rows, jobs, tables and figures.
     pub folder: PathBuf,
     /// Keeps other programs from writing into the folder while this one does.
     _own: Option<Arc<OwnFolder>>,
@@ -75,6 +76,7 @@ impl Store {
         Ok(Self::at(folder))
     }
 
+    /// Where the images and frames of a job lie: `jobs/<id>`.
     pub fn job_folder(&self, id: &str) -> PathBuf {
         self.folder.join("jobs").join(id)
     }

@@ -14,11 +14,13 @@ use super::overrides::Override;
 pub struct Suite {
     /// Names the results folder; each experiment has a folder in it.
     pub name: String,
+    /// Heading of the report; may be empty.
     #[serde(default)]
     pub title: String,
     /// Overrides of every experiment, as on the command line, which wins over them.
     #[serde(default)]
     pub set: Vec<String>,
+    /// The experiments, in order.
     pub include: Vec<Member>,
 }
 

@@ -8,46 +8,73 @@ pub enum ImageError {
     /// The operating system refused to open, read or write the file.
     #[error("{path}: {source}", path = path.display())]
     Io {
+        /// The file.
         path: PathBuf,
+        /// What the system says.
         source: std::io::Error,
     },
     /// The first bytes belong to none of the formats that are read.
     #[error("{path}: neither EXR, Radiance HDR, PNG nor JPEG (told by the first bytes, not by the name)", path = path.display())]
-    UnknownFormat { path: PathBuf },
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file is damaged, cut short, or uses a feature that is not read.
     #[error("{path}: cannot decode this {format} file: {reason}", path = path.display())]
     Decode {
+        /// The file.
         path: PathBuf,
+        /// Name of the format that its first bytes told.
         format: &'static str,
+        /// What the decoder says.
         reason: String,
     },
     /// The file is sound but holds no picture that can be used as RGB.
     #[error("{path}: no RGB or luminance channels; found: {found}", path = path.display())]
-    NoColor { path: PathBuf, found: String },
+    NoColor {
+        /// The file.
+        path: PathBuf,
+        /// The channels it has, in words.
+        found: String,
+    },
     /// The file has no layer of the name that was asked for.
     #[error("{path}: no layer is called `{layer}`; found: {found}", path = path.display())]
     NoLayer {
+        /// The file.
         path: PathBuf,
+        /// The name that was asked for.
         layer: String,
+        /// The layers it has, in words.
         found: String,
     },
     /// Several layers could be the picture.
     #[error("{path}: several layers could be meant: {found}; name one, for example {path}#{first}", path = path.display())]
     SeveralLayers {
+        /// The file.
         path: PathBuf,
+        /// The layers it has, in words.
         found: String,
+        /// One of them, for the advice.
         first: String,
     },
     /// More pixels than `MAX_PIXELS`: a damaged header rather than a picture.
     #[error("{path}: {width}x{height} pixels are more than the {limit} that are read", path = path.display(), limit = MAX_PIXELS)]
     TooLarge {
+        /// The file.
         path: PathBuf,
+        /// Pixels, as the header says.
         width: usize,
+        /// Pixels, as the header says.
         height: usize,
     },
     /// The picture could not be encoded.
     #[error("{path}: cannot write: {reason}", path = path.display())]
-    Encode { path: PathBuf, reason: String },
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What the encoder says.
+        reason: String,
+    },
 }
 
 /// The largest number of pixels that is read from a file (16384 x 16384).

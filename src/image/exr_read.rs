@@ -21,6 +21,7 @@ type Part = exr::prelude::Layer<exr::prelude::AnyChannels<FlatSamples>>;
 pub struct LayeredImage {
     /// In the order of the file: per part, the unnamed layer first, then by name.
     pub layers: Vec<Layer>,
+    /// Provenance and other text and numbers of the file's head.
     pub attributes: Attributes,
     /// Red, green, blue and white in CIE xy, if the file has them. The pixels are as they are stored.
     pub chromaticities: Option<[[f32; 2]; 4]>,

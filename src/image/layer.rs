@@ -5,7 +5,9 @@ use super::Image;
 /// One value per pixel, row-major, the top left pixel first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plane {
+    /// Pixels of a row.
     pub width: usize,
+    /// Pixels of a column.
     pub height: usize,
     /// `width * height` values.
     pub values: Vec<f32>,
@@ -31,14 +33,18 @@ impl Plane {
 /// The pixels of a layer: three channels or one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
+    /// Channels `R`, `G` and `B`, linear.
     Color(Image),
+    /// One channel.
     Gray(Plane),
 }
 
 /// A named layer of an EXR file; the name `""` is the picture itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
+    /// What stands before the names of its channels, as in `name.R`.
     pub name: String,
+    /// Its pixels.
     pub samples: Samples,
 }
 

@@ -46,7 +46,9 @@ use rayon::prelude::*;
 /// A linear RGB image (Rec.709 primaries, scene-referred), row-major, the top left pixel first.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Image {
+    /// Pixels of a row.
     pub width: usize,
+    /// Pixels of a column.
     pub height: usize,
     /// `width * height` pixels.
     pub pixels: Vec<[f32; 3]>,

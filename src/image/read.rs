@@ -24,6 +24,7 @@ pub enum Encoding {
 pub struct Picture {
     /// The values as they are stored, 8 and 16 bits scaled to `[0, 1]`.
     pub image: Image,
+    /// What its values mean.
     pub encoding: Encoding,
     /// Pixels that are not opaque; their alpha is left out.
     pub translucent: usize,

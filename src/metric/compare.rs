@@ -61,6 +61,7 @@ pub struct Comparison {
     pub flip_hdr: Option<f64>,
     /// First and last exposure of HDR-FLIP in stops.
     pub flip_start_exposure: Option<f64>,
+    /// See `flip_start_exposure`.
     pub flip_stop_exposure: Option<f64>,
     /// Pixels with a NaN or an infinity, of both images together.
     pub non_finite: usize,
@@ -79,6 +80,7 @@ pub struct Comparison {
     pub relmse_display: f64,
     /// SSIM and MS-SSIM of the luma 0.2126 R + 0.7152 G + 0.0722 B of display values.
     pub ssim_luma: f64,
+    /// See `ssim_luma`.
     pub ms_ssim_luma: f64,
     /// Scales that MS-SSIM used: fewer than 5 when a side is below 161 pixels.
     pub ms_ssim_scales: usize,
@@ -86,12 +88,15 @@ pub struct Comparison {
     pub flip_exposures: Option<usize>,
     /// The tone curve of HDR-FLIP.
     pub flip_tone_curve: ToneCurve,
+    /// Of visual angle: the observer of FLIP.
     pub pixels_per_degree: f32,
     /// Stops applied before the display metrics.
     pub exposure: f32,
     /// Whether `rmse` and `relmse` are on coded values.
     pub display_referred: bool,
+    /// Pixels of both images.
     pub width: usize,
+    /// Pixels of both images.
     pub height: usize,
     /// Per-pixel maps, when asked for.
     #[serde(skip)]

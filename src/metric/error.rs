@@ -11,12 +11,19 @@ pub enum MetricError {
         reference.0, reference.1, test.0, test.1
     )]
     SizeMismatch {
+        /// Width and height in pixels.
         reference: (usize, usize),
+        /// Width and height in pixels.
         test: (usize, usize),
     },
     /// There is nothing to compare.
     #[error("the images have no pixels ({width}x{height})")]
-    Empty { width: usize, height: usize },
+    Empty {
+        /// Pixels of a row.
+        width: usize,
+        /// Pixels of a column.
+        height: usize,
+    },
     /// FLIP's observer is given by pixels per degree of visual angle.
     #[error("pixels per degree must lie between 1 and 1000, not {0}; the default is 67.02")]
     PixelsPerDegree(f32),

@@ -9,6 +9,7 @@ const WEIGHTS: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
 /// Multi-scale SSIM and how many scales the image size allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MsSsim {
+    /// 1 where the images are equal.
     pub value: f64,
     /// 5, or fewer when a side would shrink below the window of 11 pixels.
     pub scales: usize,

@@ -8,7 +8,9 @@ const LARGEST_DEGREES: usize = 20_000;
 /// What repeats of one measurement say.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Summary {
+    /// Finite values that went in; at least 1.
     pub count: usize,
+    /// Their arithmetic mean.
     pub mean: f64,
     /// Sample standard deviation; `None` for a single value.
     pub deviation: Option<f64>,

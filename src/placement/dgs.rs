@@ -14,6 +14,7 @@ use crate::placement::RefinementEntry;
 words! {
     /// Which terms of eq. 4 are used.
     pub enum Terms {
+        /// Their sum.
         Both = "both",
         /// Differences between records.
         Diff = "diff",

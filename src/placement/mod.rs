@@ -33,6 +33,7 @@ use crate::entry::ParameterError;
 /// Chosen shading points (distinct indices) and what is worth reporting.
 #[derive(Clone, Debug, Default)]
 pub struct Placement {
+    /// Indices of shading points, in order of creation.
     pub sites: Vec<u32>,
     /// Quantities found on the way (σ_s, τ, leaves, …), for the row's `params`.
     pub found: Vec<(&'static str, f64)>,
@@ -69,6 +70,7 @@ pub trait Records: Sync {
 
 /// What a refinement sees.
 pub struct Refinable<'a> {
+    /// All that may become records.
     pub points: &'a ShadingPoints,
     /// Records of the first stage in order of creation: indices into `points`.
     pub sites: &'a [u32],
@@ -107,15 +109,19 @@ pub trait Refinement: Send + Sync {
 
 /// A first stage of placement.
 pub struct FirstStageEntry {
+    /// What the registry says of it.
     pub about: About,
+    /// Makes the stage with the parameters of a table, which it checks.
     pub build: fn(&toml::Table) -> Result<Box<dyn FirstStage>, ParameterError>,
 }
 
 /// A refinement of placement.
 pub struct RefinementEntry {
+    /// What the registry says of it.
     pub about: About,
     /// How its records are interpolated unless the method says otherwise.
     pub interpolation: &'static InterpolationEntry,
+    /// Makes the refinement with the parameters of a table, which it checks.
     pub build: fn(&toml::Table) -> Result<Box<dyn Refinement>, ParameterError>,
 }
 

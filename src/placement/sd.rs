@@ -27,7 +27,9 @@ const USUAL_SIZE: usize = 10;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum MinClusterSize {
+    /// So many points.
     Size(usize),
+    /// The word `best`.
     Word(Best),
 }
 
@@ -39,13 +41,16 @@ impl Setting for MinClusterSize {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Best {
+    /// The size with the least error of those that are tried.
     Best,
 }
 
 words! {
     /// Which member becomes the record.
     pub enum Representative {
+        /// Any, at random.
         Random = "random",
+        /// The one nearest to the average of all.
         NearestAverage = "nearest-average",
     }
 }

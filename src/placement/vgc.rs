@@ -39,7 +39,9 @@ const RAISE: f32 = 1.25;
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum Angle {
+    /// The angle itself.
     Degrees(f64),
+    /// The word `auto`.
     Word(Auto),
 }
 
@@ -51,6 +53,7 @@ impl Setting for Angle {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Auto {
+    /// From the number of records, as the paper's table suggests.
     Auto,
 }
 

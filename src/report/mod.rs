@@ -60,12 +60,14 @@ pub use suite::write_suite;
 pub struct Written {
     /// Tables and claims as plain text, for the terminal.
     pub summary: String,
+    /// Everything that was written, in order.
     pub files: Vec<PathBuf>,
 }
 
 /// A report that cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
+    /// Rows or images cannot be read, or the report's files not be written.
     #[error("cannot read or write the report: {0}")]
     Io(#[from] std::io::Error),
 }

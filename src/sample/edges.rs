@@ -23,6 +23,7 @@ pub struct HemisphereEdges {
 }
 
 impl HemisphereEdges {
+    /// The edges of a grid of `side` cells a side.
     pub fn new(side: usize) -> Self {
         let corner = |x: usize, y: usize| {
             square_to_hemisphere(x as f32 / side as f32, y as f32 / side as f32)

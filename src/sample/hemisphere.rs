@@ -6,8 +6,11 @@ use glam::Vec3;
 /// directions (Duff et al. 2017, branchless form).
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
+    /// Unit; x of the local frame.
     pub tangent: Vec3,
+    /// Unit; y of the local frame.
     pub bitangent: Vec3,
+    /// Unit; z of the local frame.
     pub normal: Vec3,
 }
 

@@ -22,7 +22,9 @@ pub const ASSUMED_DIAGONAL_M: f64 = 10.0;
 /// technique asked for. Attribute vectors that were not needed are empty.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
+    /// As in the description.
     pub name: String,
+    /// Vertices in scene units, less `origin`.
     pub positions: Vec<Vec3>,
     /// Parallel to `positions` or empty; zero means "use the geometric normal".
     pub normals: Vec<Vec3>,
@@ -34,7 +36,9 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// Index into `shapes`, parallel to `triangles`.
     pub triangle_shape: Vec<u32>,
+    /// Parallel to the shapes of the description.
     pub shapes: Vec<Shape>,
+    /// As declared, index by index; empty where they were not needed.
     pub materials: Vec<Material>,
     /// Parallel to the textures of the description; those that no present shape uses are grey.
     pub textures: Vec<Texture>,
@@ -42,6 +46,7 @@ pub struct Scene {
     pub directional_lights: Vec<(Vec3, [f32; 3])>,
     /// Point and spot lights.
     pub point_lights: Vec<PointLight>,
+    /// Light from infinity; `None` where there is none or it was not needed.
     pub environment: Option<Environment>,
     /// Views with origins moved like the geometry.
     pub views: Vec<View>,
@@ -55,10 +60,13 @@ pub struct Scene {
     pub unit_is_assumed: bool,
     /// Scene units.
     pub ao_distance: f32,
+    /// Factor from radiance to display-referred linear values.
     pub exposure: f32,
+    /// Path edges after the camera: 1 emission only, 2 direct light, 3 one indirect bounce.
     pub max_depth: u32,
     /// Whether path tracing keeps what shines out of the camera's sight.
     pub hides_lights: bool,
+    /// What loading found, repaired, dropped and cost.
     pub report: BuildReport,
     declared: DeclaredLengths,
 }
@@ -73,13 +81,17 @@ struct DeclaredLengths {
 /// A shape after loading.
 #[derive(Clone, Debug, Default)]
 pub struct Shape {
+    /// As in the description.
     pub name: String,
+    /// Index into the scene's materials.
     pub material: u32,
     /// On average, where a texture shines.
     pub emission: Option<[f32; 3]>,
     /// What each of its triangles emits over the mean, where a texture shines; else empty.
     pub pattern: Vec<[f32; 3]>,
+    /// Index into the scene's triangles; those of a shape lie together.
     pub first_triangle: u32,
+    /// How many follow from there; 0 where all were dropped or the file is absent.
     pub triangle_count: u32,
 }
 
@@ -104,10 +116,15 @@ impl Shape {
 /// What loading found, repaired, dropped and cost.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct BuildReport {
+    /// Triangles of all shapes that were kept.
     pub triangles: usize,
+    /// Vertices of all shapes.
     pub vertices: usize,
+    /// Triangles without area, before or after positions were rounded to f32.
     pub dropped_degenerate: usize,
+    /// Triangles with a corner that is infinite or not a number.
     pub dropped_non_finite: usize,
+    /// Vertex normals that were no direction and were replaced.
     pub repaired_normals: usize,
     /// Triangles whose winding contradicted all three of their vertex normals.
     pub reoriented: usize,
@@ -117,7 +134,9 @@ pub struct BuildReport {
     pub notes: Vec<String>,
     /// Positions, indices and what is always loaded.
     pub geometry_bytes: usize,
+    /// Texels of the textures that were read.
     pub texture_bytes: usize,
+    /// The map with its tables for sampling.
     pub environment_bytes: usize,
     /// What each category takes or would take if it were asked for.
     pub cost: CategoryBytes,
@@ -126,12 +145,17 @@ pub struct BuildReport {
 /// Bytes by what a technique may or may not need.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct CategoryBytes {
+    /// Positions, indices and the table of shapes: always loaded.
     pub geometry: usize,
+    /// Vertex normals.
     pub normals: usize,
     /// Texture coordinates.
     pub uvs: usize,
+    /// The table of materials, without textures.
     pub materials: usize,
+    /// Texels.
     pub textures: usize,
+    /// The map with its tables for sampling; an estimate where it was not loaded.
     pub environment: usize,
 }
 

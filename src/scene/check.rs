@@ -11,47 +11,69 @@ use super::{
 /// A summary of a scene, loaded once in full.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct SceneCheck {
+    /// What rows and result folders call it.
     pub name: String,
+    /// For people; empty where the file gives none.
     pub title: String,
+    /// The scene file; `None` for scenes that no file holds.
     pub file: Option<String>,
+    /// In the order of the file.
     pub views: Vec<CheckedView>,
+    /// In the order of the file.
     pub paths: Vec<CheckedPath>,
     /// How many motions there are.
     pub motions: usize,
+    /// How many the file declares, those with absent meshes included.
     pub shapes: usize,
+    /// Those that emit light.
     pub emitting_shapes: usize,
+    /// How many the file declares, used or not.
     pub materials: usize,
+    /// How many the file declares, used or not.
     pub textures: usize,
     /// Lights without extent, one a line.
     pub lights: Vec<String>,
+    /// Whether light comes from infinity.
     pub has_environment: bool,
     /// Scene units.
     pub diagonal: f32,
+    /// Maximum length of ambient-occlusion rays, scene units.
     pub ao_distance: f32,
+    /// Length of a scene unit in metres.
     pub metres_per_unit: f64,
     /// Whether the unit is a guess; a note says which.
     pub unit_is_assumed: bool,
+    /// Path edges after the camera.
     pub max_depth: u32,
+    /// What loading found, repaired, dropped and cost.
     pub report: BuildReport,
 }
 
 /// A view, in the coordinates of the scene's file.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct CheckedView {
+    /// What `--view` takes.
     pub name: String,
+    /// Position of the eye, scene units.
     pub origin: DVec3,
+    /// Unit vector into the middle of the image.
     pub forward: DVec3,
+    /// Unit vector towards the top of the image.
     pub up: DVec3,
+    /// Full angle of view along `fov_axis`.
     pub fov_deg: f64,
+    /// Which side of the image the angle belongs to.
     pub fov_axis: FovAxis,
     /// Pixels.
     pub width: usize,
+    /// Pixels.
     pub height: usize,
 }
 
 /// A camera path.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct CheckedPath {
+    /// What configs call it.
     pub name: String,
     /// First and last time.
     pub span_s: [f64; 2],
@@ -59,6 +81,7 @@ pub struct CheckedPath {
     pub viewers: usize,
     /// Where it begins and ends.
     pub start: CheckedView,
+    /// The view at the last time.
     pub end: CheckedView,
 }
 

@@ -31,14 +31,21 @@ pub struct SceneDescription {
     pub max_depth: u32,
     /// Whether path tracing keeps what shines out of the camera's sight (Mitsuba's `hide_emitters`).
     pub hides_lights: bool,
+    /// Cameras by name; the first one is the default.
     pub views: Vec<View>,
+    /// Everything with triangles, emitters of light included.
     pub shapes: Vec<ShapeDescription>,
     /// Index 0 is used by shapes that name no material.
     pub materials: Vec<Material>,
+    /// What materials, emission and opacity masks look up; named by index.
     pub textures: Vec<TextureDescription>,
+    /// Lights without extent.
     pub lights: Vec<LightDescription>,
+    /// Camera paths by name.
     pub paths: Vec<CameraPath>,
+    /// What moves; of the same thing the first one listed is applied first.
     pub motions: Vec<MotionDescription>,
+    /// Light from infinity; `None` is black.
     pub environment: Option<EnvironmentDescription>,
     /// What the loader dropped or approximated, a sentence each.
     pub notes: Vec<String>,
@@ -47,10 +54,13 @@ pub struct SceneDescription {
 /// One shape of a scene.
 #[derive(Clone, Debug)]
 pub struct ShapeDescription {
+    /// What messages and motions call it; shapes may share a name.
     pub name: String,
     /// What motions call it, where one object of a file became several shapes.
     pub object: Option<String>,
+    /// Where its triangles come from.
     pub source: ShapeSource,
+    /// From the coordinates of the source to those of the scene file.
     pub to_world: DMat4,
     /// Index into [`SceneDescription::materials`].
     pub material: usize,
@@ -103,22 +113,32 @@ pub enum ShapeSource {
     /// A Wavefront OBJ file; `part` selects one object or group by name, or, as `usemtl NAME`, the
     /// faces of one material.
     Obj {
+        /// The file.
         path: PathBuf,
+        /// `None` takes all of the file.
         part: Option<String>,
     },
+    /// A Stanford PLY file.
     Ply {
+        /// The file.
         path: PathBuf,
     },
     /// Mitsuba's compressed binary mesh; a file holds several.
     Serialized {
+        /// The file.
         path: PathBuf,
+        /// Number of the mesh in the file, from 0.
         index: usize,
     },
     /// One primitive of a mesh of a glTF file, with one of its sets of texture coordinates.
     Gltf {
+        /// The document with its buffers.
         file: GltfFile,
+        /// Number of the mesh in the document, from 0.
         mesh: usize,
+        /// Number of the primitive in the mesh, from 0.
         primitive: usize,
+        /// The `n` of `TEXCOORD_n`.
         uv_set: u32,
     },
     /// `[-1,1]²` in the xy plane, normal +z.
@@ -127,22 +147,29 @@ pub enum ShapeSource {
     Cube,
     /// Analytic spheres are tessellated with smooth normals.
     Sphere {
+        /// Before `to_world`.
         centre: DVec3,
+        /// Before `to_world`.
         radius: f64,
     },
     /// Unit disk in the xy plane, normal +z.
     Disk,
     /// Open at both ends, outward normals.
     Cylinder {
+        /// Centre of one end, before `to_world`.
         from: DVec3,
+        /// Centre of the other end, before `to_world`.
         to: DVec3,
+        /// Before `to_world`.
         radius: f64,
     },
     /// A shape generated in code: see [`crate::scene::shapes`].
     Generated {
+        /// Its name in the table of generators.
         generator: String,
         /// One named part of the generator's output (its materials differ by part).
         part: Option<String>,
+        /// Values by name; those that are left out have the generator's defaults.
         parameters: BTreeMap<String, f64>,
     },
 }
@@ -150,15 +177,19 @@ pub enum ShapeSource {
 /// A texture and how it is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureDescription {
+    /// Where its texels come from.
     pub source: TextureSource,
     /// Whether the stored values are sRGB-coded (8-bit colour) or linear (raw data, HDR).
     pub srgb: bool,
+    /// Whether the nearest texel is taken, rather than the four around bilinearly.
     pub nearest: bool,
+    /// What lies outside the unit square.
     pub wrap: Wrap,
     /// `uv * scale`, turned, `+ offset` is looked up.
     pub uv_scale: [f32; 2],
     /// From u to v, radians.
     pub uv_turn_rad: f32,
+    /// Added last: see `uv_scale`.
     pub uv_offset: [f32; 2],
     /// On the colours looked up.
     pub factor: [f32; 3],
@@ -169,6 +200,7 @@ pub struct TextureDescription {
 /// What is made of an alpha channel.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Alpha {
+    /// On the values of the channel, before the cutoff.
     pub factor: f32,
     /// At least this much is 1, less is 0; without a cutoff alpha stays as it is.
     pub cutoff: Option<f32>,
@@ -188,10 +220,13 @@ impl Alpha {
 /// Where texels come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TextureSource {
+    /// An image file, of any format that is read.
     File(PathBuf),
     /// An image inside a glTF file: in a buffer or a data URI.
     Gltf {
+        /// The document with its buffers.
         file: GltfFile,
+        /// Number of the image in the document, from 0.
         image: usize,
     },
     /// Two colours (linear) in a 2×2 pattern over the unit square; the first one is at the top left.
@@ -230,8 +265,10 @@ impl TextureDescription {
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(transparent)]
 pub struct LightDescription {
+    /// What motions call it; empty where it has none.
     #[serde(skip)]
     pub name: String,
+    /// Where it is, and how it shines.
     pub kind: LightKind,
 }
 
@@ -248,6 +285,7 @@ pub enum LightKind {
     },
     /// A point that shines evenly in all directions.
     Point {
+        /// Where it is, scene units.
         position: DVec3,
         /// Radiant intensity, W/sr: a facing surface at a distance d, in scene units, receives
         /// intensity / d².
@@ -256,6 +294,7 @@ pub enum LightKind {
     /// A point that shines around a direction: with all its intensity up to `beam_width_deg` from it,
     /// then falling linearly with the angle to zero at `cutoff_deg`.
     Spot {
+        /// Where it is, scene units.
         position: DVec3,
         /// From the light into the middle of its beam.
         direction: DVec3,

@@ -3,6 +3,7 @@
 /// A colour that may come from a texture.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub enum ColourSource {
+    /// The same everywhere, linear RGB.
     Constant([f32; 3]),
     /// Index into the scene's textures.
     Texture(usize),
@@ -13,7 +14,9 @@ pub enum ColourSource {
 /// A surface material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
+    /// What shapes call it.
     pub name: String,
+    /// How it scatters light.
     pub bsdf: Bsdf,
     /// Reflects alike on both sides; a one-sided opaque material is black from behind.
     pub two_sided: bool,
@@ -31,23 +34,32 @@ pub struct Material {
 /// How the normals of microfacets spread (Walter et al. 2007).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub enum MicrofacetDistribution {
+    /// Trowbridge and Reitz: long tails.
     #[default]
     Ggx,
+    /// Gaussian slopes.
     Beckmann,
 }
 
 /// Scattering models. `alpha` is the roughness parameter of the distribution (not its square root).
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub enum Bsdf {
+    /// Lambertian reflection.
     Diffuse {
+        /// Albedo, linear RGB.
         reflectance: ColourSource,
     },
     /// A diffuse base under a dielectric coating; `alpha = 0` is the smooth plastic.
     Plastic {
+        /// Albedo of the base, linear RGB.
         diffuse: ColourSource,
+        /// Factor on the reflection of the coating, linear RGB; 1 is physical.
         specular: [f32; 3],
+        /// Index of refraction of the coating over that of the air.
         ior: f32,
+        /// Roughness of the coating.
         alpha: f32,
+        /// Of the coating's microfacets.
         distribution: MicrofacetDistribution,
         /// Colour shift by internal scattering (Mitsuba's `nonlinear`).
         nonlinear: bool,
@@ -58,17 +70,26 @@ pub enum Bsdf {
     /// `alpha = 0` is the perfect mirror. Complex index of refraction per channel; `eta = 0` with
     /// `k = 0` stands for Fresnel reflectance 1.
     Conductor {
+        /// Real part of the index of refraction, per channel.
         eta: [f32; 3],
+        /// Imaginary part of the index of refraction, per channel.
         k: [f32; 3],
+        /// Factor on the reflection; 1 is physical.
         specular: ColourSource,
+        /// Roughness.
         alpha: f32,
+        /// Of its microfacets.
         distribution: MicrofacetDistribution,
     },
     /// Smooth dielectric; `ior` = interior over exterior. `thin` neglects refraction.
     Dielectric {
+        /// Interior over exterior index of refraction.
         ior: f32,
+        /// Whether it is a pane that light passes undeviated, with the reflections inside it.
         thin: bool,
+        /// Factor on what is reflected, linear RGB; 1 is physical.
         reflectance: [f32; 3],
+        /// Factor on what is transmitted, linear RGB; 1 is physical.
         transmittance: [f32; 3],
     },
 }

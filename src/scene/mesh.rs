@@ -6,12 +6,15 @@ use glam::{DVec3, Vec2, Vec3};
 /// `positions`. Counter-clockwise winding is the front side.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
+    /// Corners, in the mesh's own coordinates.
     pub positions: Vec<DVec3>,
     /// Unit vectors; a zero vector means "use the geometric normal".
     pub normals: Vec<Vec3>,
+    /// Texture coordinates, v upwards.
     pub uvs: Vec<Vec2>,
     /// Linear RGB.
     pub colours: Vec<[f32; 3]>,
+    /// Indices of the corners.
     pub triangles: Vec<[u32; 3]>,
 }
 

@@ -15,6 +15,7 @@ pub struct MotionDescription {
     pub lights: Vec<usize>,
     /// Whether the environment turns with it.
     pub environment: bool,
+    /// Where its things are over time.
     pub placement: Placement,
     /// Factors of what its shapes and lights emit.
     pub strength: Vec<Track<f64>>,
@@ -24,13 +25,16 @@ pub struct MotionDescription {
 /// first.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Placement {
+    /// The last one is applied first; without any it is at rest.
     pub links: Vec<Link>,
 }
 
 /// One of the maps of a placement.
 #[derive(Clone, Debug, Serialize)]
 pub enum Link {
+    /// A map that stays the same.
     Fixed(DAffine3),
+    /// A map that changes with time.
     Keyed(KeyedLink),
 }
 
@@ -39,19 +43,25 @@ pub enum Link {
 pub struct KeyedLink {
     /// `None`: the centre of the box around all that moves, see [`Placement::about`].
     pub pivot: Option<DVec3>,
+    /// Factors along the axes of the scene file; `None` is 1.
     pub scale: Option<Track<DVec3>>,
+    /// Applied after the scale; `None` is none.
     pub turn: Option<Turn>,
+    /// Scene units, applied last; `None` is 0.
     pub translate: Option<Track<DVec3>>,
 }
 
 /// A rotation that changes with time.
 #[derive(Clone, Debug, Serialize)]
 pub enum Turn {
+    /// By an angle about a fixed axis, right-handed.
     About {
         /// Unit.
         axis: DVec3,
+        /// Not reduced to a whole turn.
         angle_rad: Track<f64>,
     },
+    /// By a unit quaternion.
     Quaternion(Track<DQuat>),
 }
 

@@ -11,19 +11,24 @@ use super::track::{Track, smooth_slopes};
 /// A camera that moves, or a pair of them.
 #[derive(Clone, Debug, Serialize)]
 pub struct CameraPath {
+    /// What configs call it.
     pub name: String,
     /// Distance between the two eyes of a stereo pair, metres; `None` for one camera.
     pub eye_distance_m: Option<f64>,
+    /// Where its cameras come from.
     pub source: PathSource,
 }
 
 /// Where the cameras of a path come from.
 #[derive(Clone, Debug, Serialize)]
 pub enum PathSource {
+    /// Key frames of its own.
     Keys(KeyedPath),
     /// A camera that something carries: where it is at rest, and how that moves.
     Carried {
+        /// At rest, in the coordinates of the scene file.
         view: View,
+        /// The motion that carries it.
         placement: Placement,
     },
 }
@@ -41,7 +46,9 @@ pub struct KeyedPath {
 /// A key frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct PathKey {
+    /// When the camera is there.
     pub time_s: f64,
+    /// Where the camera is and looks, in the coordinates of the scene file.
     pub view: View,
 }
 

@@ -14,9 +14,12 @@ use crate::image::{decoded, is_cut_jpeg, srgb_decode};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wrap {
+    /// The texture again.
     #[default]
     Repeat,
+    /// Its nearest edge.
     Clamp,
+    /// The texture again, every other copy mirrored.
     Mirror,
 }
 
@@ -26,7 +29,9 @@ pub enum Wrap {
 /// channel of the file is not kept.
 #[derive(Clone, Debug)]
 pub struct Texture {
+    /// Texels of a row.
     pub width: usize,
+    /// Texels of a column.
     pub height: usize,
     texels: Texels,
     nearest: bool,

@@ -22,6 +22,7 @@ pub enum FovAxis {
 /// images) are expressed by `right` pointing the other way.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct View {
+    /// What `--view` and configs call it.
     pub name: String,
     /// Scene units; [`crate::scene::Scene::build`] re-centres it with the geometry.
     pub origin: DVec3,
@@ -29,11 +30,15 @@ pub struct View {
     pub right: DVec3,
     /// World direction of decreasing row.
     pub up: DVec3,
+    /// World direction into the middle of the image.
     pub forward: DVec3,
+    /// Full angle of view along `fov_axis`.
     pub fov_deg: f64,
+    /// Which side of the image the angle belongs to.
     pub fov_axis: FovAxis,
     /// Default resolution, and the aspect of the published image.
     pub width: usize,
+    /// Rows; see `width`.
     pub height: usize,
 }
 

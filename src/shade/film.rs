@@ -12,10 +12,13 @@ use crate::trace::{Caster, Ray, RayCounter, RayCounts};
 /// What to render.
 #[derive(Clone, Debug)]
 pub struct RenderOptions {
+    /// Pixels.
     pub width: usize,
+    /// Pixels.
     pub height: usize,
     /// Samples per pixel, by index: `0..64` and `64..128` together are `0..128`.
     pub samples: std::ops::Range<u64>,
+    /// Of all samples; other seeds give independent pictures.
     pub seed: u64,
     /// See [`PathTracer::radiance`].
     pub depths: Depths,
@@ -24,14 +27,18 @@ pub struct RenderOptions {
 /// A sample that was kept out of the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct NonFinite {
+    /// Column, from the left.
     pub x: usize,
+    /// Row, from the top.
     pub y: usize,
+    /// Index of the sample within the pixel.
     pub sample: u64,
 }
 
 /// A rendered image with its own noise.
 #[derive(Clone, Debug)]
 pub struct Rendering {
+    /// Linear RGB radiance, over the finite samples of each pixel.
     pub mean: Image,
     /// Variance of `mean` per pixel and channel, estimated from the samples; 0 with fewer than two.
     pub variance: Image,
@@ -39,6 +46,7 @@ pub struct Rendering {
     pub samples: u64,
     /// Samples that were not finite, in the order of pixels and samples.
     pub non_finite: Vec<NonFinite>,
+    /// Camera rays included.
     pub rays: RayCounts,
 }
 

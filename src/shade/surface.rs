@@ -33,6 +33,7 @@ pub struct Interaction<'a> {
     pub geometric_normal: Vec3,
     /// Unit, interpolated; not turned towards the viewer.
     pub shading_normal: Vec3,
+    /// Texture coordinates, interpolated; barycentric ones where the shape has none.
     pub uv: Vec2,
     /// Index into the scene's shapes.
     pub shape: u32,

@@ -18,6 +18,7 @@ const MOST_MASKS: u32 = 64;
 /// A ray of a path, and how its direction was chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
+    /// From the last vertex, or from the camera.
     pub ray: Ray,
     /// Density (1/sr) of the direction.
     pub pdf_sr: f32,
@@ -40,11 +41,13 @@ impl Leg {
 pub enum Met<'a> {
     /// The environment's radiance, weighted against light sampling.
     Sky(Vec3),
+    /// The first surface that is not masked out.
     Surface(Vertex<'a>),
 }
 
 /// A vertex of a path; passing opacity masks is behind it, so its surface is opaque.
 pub struct Vertex<'a> {
+    /// The surface point, seen from the leg.
     pub at: Interaction<'a>,
     /// Length of the leg, scene units.
     pub distance: f32,
@@ -73,6 +76,7 @@ pub struct Lit {
 /// A leg that goes on from a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattered {
+    /// The ray on from there.
     pub leg: Leg,
     /// Scattering × cosine / density of the lobes asked for.
     pub weight: Vec3,

@@ -83,6 +83,7 @@ pub struct Foreseen {
 pub struct Terms {
     /// What the contenders of the technique share, in its counted unit.
     pub budget: usize,
+    /// Of all that it draws at random.
     pub seed: u64,
 }
 
@@ -92,6 +93,7 @@ pub struct Started<'a> {
     pub id: String,
     /// The entries it is made of.
     pub parts: Vec<&'static About>,
+    /// It has seen no frame yet.
     pub contender: Box<dyn Contender + 'a>,
 }
 
@@ -101,6 +103,7 @@ pub type Start<T> =
 
 /// A contender as its technique `T` lists it.
 pub struct ContenderEntry<T: ?Sized + 'static> {
+    /// What the registry says of it.
     pub about: About,
     /// Builds it from its parameters, which it checks; no ray is cast yet.
     pub start: Start<T>,
@@ -139,8 +142,11 @@ impl<T: ?Sized> ContenderEntry<T> {
 /// A contender as a job names it.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice<'a> {
+    /// Its id, an alias, or `FIRST+REFINEMENT`, in any case of letters.
     pub method: &'a str,
+    /// Those that are set; the others have their defaults.
     pub parameters: &'a Table,
+    /// What it is granted.
     pub terms: Terms,
 }
 
@@ -211,10 +217,12 @@ pub fn play_frame(contender: &mut dyn Contender, shots: &[Shot]) -> Result<Vec<R
 pub struct Search {
     /// Wall time.
     pub seconds: f64,
+    /// Those cast while searching.
     pub rays: RayCounts,
 }
 
 impl Search {
+    /// Adds the time and rays of another search.
     pub fn add(&mut self, other: Self) {
         self.seconds += other.seconds;
         self.rays += other.rays;
@@ -224,6 +232,7 @@ impl Search {
 /// A record of a finished job.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedRecord {
+    /// Where it lies on the surface.
     pub site: Site,
     /// Row-major pixel index.
     pub pixel: u32,
@@ -234,23 +243,30 @@ pub struct PlacedRecord {
 /// What a contender produced for one shot.
 #[derive(Clone, Debug, Default)]
 pub struct Rendered {
+    /// Linear RGB, scene-referred, of the shot's size.
     pub image: Image,
+    /// In order of creation; empty for methods without.
     pub records: Vec<PlacedRecord>,
     /// The lights of a global light set.
     pub lights: Option<LightSet>,
     /// The map that guided the refinement, row-major, if there was one.
     pub discontinuity: Option<Vec<f32>>,
+    /// Those of the frame, without the search.
     pub rays: RayCounts,
+    /// Searches for the records near a point.
     pub lookups: u64,
     /// What the method keeps: records with their search structure, lights, what it remembers of frames.
     pub bytes_cache: usize,
     /// The most that was held beyond the scene and `bytes_cache` while the frame was made, heap of the whole program.
     pub bytes_work: usize,
+    /// What each stage took, in order of execution.
     pub stages: Stages,
     /// What settings took that were searched for; not in `rays` and `stages`.
     pub search: Search,
     /// Found parameters (σ_s, chosen cluster size, …).
     pub found: Vec<(&'static str, f64)>,
+    /// Shortfalls and fallbacks, a sentence each.
     pub notes: Vec<String>,
+    /// Samples that were kept out of the image.
     pub non_finite: u64,
 }

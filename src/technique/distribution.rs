@@ -21,8 +21,11 @@ pub struct Distribution {
     pub id: String,
     /// First stage, refinement and rule of interpolation.
     pub parts: Vec<&'static About>,
+    /// Places the first records.
     pub first: Box<dyn FirstStage>,
+    /// Adds records to them; `None` for a first stage alone.
     pub refinement: Option<Box<dyn Refinement>>,
+    /// How records are interpolated.
     pub interpolation: Interpolation,
 }
 

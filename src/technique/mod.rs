@@ -51,7 +51,9 @@ use crate::trace::{Caster, RayCounter};
 
 /// A technique.
 pub struct TechniqueEntry {
+    /// What the registry says of it.
     pub about: About,
+    /// Makes the technique with the parameters of a table, which it checks.
     pub build: fn(&toml::Table) -> Result<Box<dyn Technique>, ParameterError>,
     /// Every contender it takes, by canonical id; the method `reference` comes besides.
     pub contenders: fn() -> Vec<Listed>,
@@ -65,7 +67,9 @@ pub struct TechniqueEntry {
 
 /// A contender of a technique, and the entries it is made of.
 pub struct Listed {
+    /// Canonical id of the method.
     pub id: String,
+    /// A method alone, or first stage and refinement.
     pub parts: Vec<&'static About>,
 }
 

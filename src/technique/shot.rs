@@ -16,15 +16,19 @@ use crate::world::Moment;
 
 /// A scene at one moment, seen by one viewer with one film.
 pub struct Shot<'a> {
+    /// The world at the time of the frame.
     pub moment: Moment<'a>,
     /// Those of the moment.
     pub scene: &'a Scene,
+    /// Answers rays against the scene at that time.
     pub tracer: &'a Tracer,
+    /// The camera, moved with the geometry to the scene's centre.
     pub view: &'a View,
     /// Materials and lights, as far as the scene was loaded with them.
     pub paths: PathTracer<'a>,
     /// Pixels.
     pub width: usize,
+    /// Pixels.
     pub height: usize,
     /// Sub-pixel samples of contenders and reference.
     pub spp: u32,
@@ -45,6 +49,7 @@ pub struct Shot<'a> {
 pub struct Film {
     /// Pixels.
     pub width: usize,
+    /// Pixels.
     pub height: usize,
     /// Sub-pixel samples.
     pub spp: u32,
@@ -53,6 +58,7 @@ pub struct Film {
 /// A surface point as cached functions see it, scene units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Site {
+    /// On the surface, relative to the scene's centre.
     pub position: Vec3,
     /// Unit shading normal on the viewer's side.
     pub normal: Vec3,
@@ -75,12 +81,15 @@ impl Site {
 /// What one camera sample sees: the first surface that is not specular.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
+    /// The point, turned to the side it is seen from.
     pub site: Site,
     /// Length of the path from the camera.
     pub depth: f32,
     /// Row-major index.
     pub pixel: u32,
+    /// Number of the sub-pixel sample within the pixel.
     pub sample: u32,
+    /// Triangle and barycentric weights; `t` is along the last ray.
     pub hit: Hit,
     /// Unit direction of the last ray.
     pub direction: Vec3,

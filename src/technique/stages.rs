@@ -6,6 +6,7 @@ use std::time::Instant;
 /// Seconds of one stage, or of one moment on the clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seconds {
+    /// Time on the clock.
     pub wall: f64,
     /// Processor time of all threads of the program.
     pub cpu: f64,
@@ -90,7 +91,9 @@ fn processor_times() -> [f64; 2] {
 /// A stage and what it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
+    /// As in the columns `seconds_<stage>`.
     pub name: &'static str,
+    /// Over all its executions.
     pub seconds: Seconds,
 }
 

@@ -23,6 +23,7 @@ pub struct Unit {
 /// What an image casts rays for.
 #[derive(Clone, Copy, Debug)]
 pub struct Casts {
+    /// Of the image.
     pub pixels: f64,
     /// Camera samples of all pixels.
     pub samples: f64,

@@ -37,12 +37,14 @@ impl RayCounts {
 }
 
 impl RayCounter {
+    /// Adds rays that were counted elsewhere.
     pub fn add(&self, counts: RayCounts) {
         self.closest.fetch_add(counts.closest, Relaxed);
         self.shadow.fetch_add(counts.shadow, Relaxed);
         self.refused.fetch_add(counts.refused, Relaxed);
     }
 
+    /// What was counted so far.
     pub fn read(&self) -> RayCounts {
         RayCounts {
             closest: self.closest.load(Relaxed),

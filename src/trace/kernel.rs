@@ -48,6 +48,7 @@ impl Instructions {
 }
 
 impl Kernel {
+    /// Every kernel, whether this processor can run it or not.
     pub const ALL: [Self; 5] = [
         Self::Wide(Instructions::Avx512),
         Self::Wide(Instructions::Avx2),

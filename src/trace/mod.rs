@@ -61,10 +61,13 @@ use glam::Vec3;
 /// A ray in scene units. `direction` has unit length, so parameters are distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
+    /// Where it starts.
     pub origin: Vec3,
+    /// Where it goes.
     pub direction: Vec3,
     /// Hits count in `(t_min, t_max]`; a negative `t_min` counts as 0.
     pub t_min: f32,
+    /// Farthest distance that counts; infinite for rays without an end.
     pub t_max: f32,
 }
 
@@ -83,9 +86,11 @@ impl Ray {
 /// The closest intersection of a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Hit {
+    /// Distance from the origin, scene units.
     pub t: f32,
     /// Barycentric weights of the second and third vertex.
     pub u: f32,
+    /// See `u`.
     pub v: f32,
     /// Index into the triangles the tracer was built from.
     pub triangle: u32,

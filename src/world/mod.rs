@@ -45,8 +45,11 @@ struct MovingShape {
 /// The world at a time.
 #[derive(Clone, Copy)]
 pub struct Moment<'a> {
+    /// Geometry, lights and environment where they are at that time.
     pub scene: &'a Scene,
+    /// Answers rays against them.
     pub tracer: &'a Tracer,
+    /// As camera paths and motions count it.
     pub time_s: f64,
     before: &'a [Vec3],
 }

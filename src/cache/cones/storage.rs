@@ -9,11 +9,17 @@ use super::{Cone, Entry, MOST_CONES};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
     /// 32-bit floats: `2 + 7 n` words for up to `n` cones.
-    Full { cones: usize },
+    Full {
+        /// Most of an entry.
+        cones: usize,
+    },
     /// `10 + 92 n` bits for up to `n` cones, 286 for the paper's three: 8 for the count, 2 for the number of cones (4
     /// where they can be more than three); of each cone two 16-bit floats for the spherical coordinates of the
     /// axis, 6 for the half angle in steps of 90°/63, and three times 18 for the light: 5 of exponent and 13 of mantissa.
-    Compressed { cones: usize },
+    Compressed {
+        /// Most of an entry.
+        cones: usize,
+    },
 }
 
 /// Steps of a compressed half angle.

@@ -14,7 +14,9 @@ use super::occupied::{coarser, occupied_cells};
 pub struct Options {
     /// Number of the finest level, of 2^levels cells a side; at most [`MOST_LEVELS`].
     pub levels: u32,
+    /// How occupied cells are found.
     pub map: MapKind,
+    /// How sums of samples are stored.
     pub precision: Precision,
 }
 
@@ -25,6 +27,7 @@ pub enum Look {
     Absent,
     /// The cell has no samples on this side.
     Empty,
+    /// The cell has samples on this side.
     Found {
         /// Mean of the samples' values.
         value: Vec3,
@@ -36,6 +39,7 @@ pub enum Look {
 /// Size of a level.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelSize {
+    /// Its number: 2^level cells a side.
     pub level: u32,
     /// Occupied cells.
     pub cells: usize,
@@ -131,6 +135,7 @@ impl HashCells {
         })
     }
 
+    /// The cube and its cells.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

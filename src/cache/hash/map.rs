@@ -197,6 +197,7 @@ impl CellMap {
             + self.blocks.as_ref().map_or(0, Blocks::bytes)
     }
 
+    /// Places for keys, taken or not.
     pub fn slots(&self) -> usize {
         self.tables.iter().map(|table| table.slots.len()).sum()
     }

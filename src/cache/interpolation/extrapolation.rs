@@ -7,6 +7,7 @@ use crate::sample::HemisphereEdges;
 
 /// What extrapolates the records of a technique, which knows changes as `C`.
 pub struct Extrapolation<C> {
+    /// Weights of the records, and how much they may change a value.
     pub rule: Gradient,
     /// Of the grid that the records' changes are made from.
     pub edges: HemisphereEdges,

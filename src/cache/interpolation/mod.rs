@@ -13,7 +13,9 @@ use crate::entry::{About, ParameterError};
 
 /// A rule of interpolation between records.
 pub struct InterpolationEntry {
+    /// What the registry says of it.
     pub about: About,
+    /// Makes the rule with the parameters of a table, which it checks.
     pub build: fn(&toml::Table) -> Result<Interpolation, ParameterError>,
 }
 

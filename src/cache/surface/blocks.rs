@@ -62,9 +62,11 @@ pub struct Asked {
 
 /// A block at work: one that somebody asked for in this frame.
 pub struct Block<'a> {
+    /// Which block it is.
     pub key: BlockKey,
     /// Texels that are asked for.
     pub asked: u64,
+    /// Where its texels lie on the surface.
     pub points: &'a [SurfacePoint; BLOCK_TEXELS],
     /// Contents of all texels.
     pub words: &'a mut [u32],

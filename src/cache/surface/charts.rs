@@ -11,6 +11,7 @@ use super::islands::islands;
 /// Where a surface point lies: on which island, and where in its chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChartPlace {
+    /// Index of the island.
     pub island: u32,
     /// Scene units from the chart's lower left corner.
     pub place: Vec2,

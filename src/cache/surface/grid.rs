@@ -17,6 +17,7 @@ const LEVEL_BITS: u32 = 4;
 /// One side of an island.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Surface {
+    /// Index into the islands of the charts.
     pub island: u32,
     /// The side from which its triangles are clockwise.
     pub back: bool,
@@ -29,6 +30,7 @@ pub struct BlockKey(u64);
 /// A texel: its block, and its place therein, row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Texel {
+    /// The square of texels that holds it.
     pub block: BlockKey,
     /// Below [`BLOCK_TEXELS`].
     pub index: u32,
@@ -41,6 +43,7 @@ impl BlockKey {
         Self((side << LEVEL_BITS | u64::from(level)) << (2 * COORDINATE_BITS) | place)
     }
 
+    /// The side of the island that it lies on.
     pub fn surface(self) -> Surface {
         let side = self.0 >> (2 * COORDINATE_BITS + LEVEL_BITS);
         Surface {

@@ -14,6 +14,7 @@ pub struct SurfacePoint {
     pub triangle: u32,
     /// Barycentric weights of the second and third corner.
     pub u: f32,
+    /// See `u`.
     pub v: f32,
 }
 
@@ -27,6 +28,7 @@ impl SurfacePoint {
         v: 0.0,
     };
 
+    /// Whether it lies on a triangle.
     pub fn is_somewhere(&self) -> bool {
         self.triangle != Self::NOWHERE
     }

@@ -12,8 +12,11 @@ use crate::technique::{Rendered, Seconds};
 /// One frame as one viewer saw it: a line of `frames.csv`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameRecord {
+    /// Number of the frame in the sequence.
     pub frame: u32,
+    /// Number of the viewer, from 0.
     pub viewer: u16,
+    /// What time of the scene it shows.
     pub time_s: f64,
     /// Against the reference; `None` for frames that are not measured.
     pub metrics: Option<Metrics>,
@@ -25,17 +28,29 @@ pub struct FrameRecord {
     pub reference: Option<String>,
     /// RMSE of the reference's own noise.
     pub reference_floor: Option<f64>,
+    /// Records that the image was made with, as the contender reports them.
     pub records: u64,
+    /// Lights of a global set; `None` where there is no set.
     pub lights: Option<u64>,
+    /// Closest-hit rays, without those of a search for settings.
     pub rays: u64,
+    /// Any-hit rays, without those of a search for settings.
     pub shadow_rays: u64,
+    /// Searches for the records near a point.
     pub lookups: u64,
+    /// What the method keeps.
     pub bytes_cache: u64,
+    /// Peak of what it needed beside that while the frame was made.
     pub bytes_work: u64,
+    /// Samples that were kept out of the image.
     pub non_finite: u64,
+    /// In order of execution.
     pub stages: Vec<StageRecord>,
+    /// `None` where nothing was searched for.
     pub search: Option<SearchRecord>,
+    /// Parameters that were found (σ_s, chosen cluster size, …), by name.
     pub found: Vec<(String, f64)>,
+    /// Shortfalls and fallbacks, a sentence each.
     pub notes: Vec<String>,
 }
 

@@ -24,6 +24,7 @@ pub struct Sequence {
     pub frames: Vec<u32>,
     /// Frame `n` shows the time `n / fps` seconds.
     pub fps: f64,
+    /// Cameras that see each frame together.
     pub viewers: Vec<Viewer>,
     /// How many frames at the start are not measured.
     pub warm_up: usize,
@@ -48,6 +49,7 @@ pub enum Viewer {
     View(String),
     /// It follows a path.
     Path {
+        /// Name of the path: one of the scene, or of the config.
         name: String,
         /// Of a stereo pair 0 is the left one.
         eye: usize,

@@ -67,8 +67,11 @@ pub(super) fn is_one(number: &usize) -> bool {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum Frames {
+    /// So many, numbered from 0.
     Count(u32),
+    /// `from..to` or `from..to..step`, without `to`.
     Range(String),
+    /// Their numbers, ascending.
     List(Vec<u32>),
 }
 
@@ -76,7 +79,9 @@ pub enum Frames {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum ViewersSpec {
+    /// Each path by name; of a stereo pair both eyes.
     Paths(Vec<String>),
+    /// Some of several paths, or copies of one.
     Rule(ViewerRule),
 }
 
@@ -87,6 +92,7 @@ pub struct ViewerRule {
     /// Paths to take the first ones of; default: all of the scene, in its order.
     #[serde(default)]
     pub paths: Vec<String>,
+    /// How many viewers.
     pub count: usize,
     /// In place of several paths: copies of `path`, each turned to the right of the one before so that
     /// neighbours share this part, in [0, 1], of their horizontal field of view.
@@ -98,7 +104,9 @@ pub struct ViewerRule {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum Keep {
+    /// By a rule.
     Word(KeepWord),
+    /// Numbers of frames.
     Frames(Vec<u32>),
 }
 
@@ -112,9 +120,13 @@ impl Default for Keep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum KeepWord {
+    /// Eight of those that are measured, evenly spread.
     Some,
+    /// All that are measured.
     Measured,
+    /// All that are rendered.
     All,
+    /// Of none.
     None,
 }
 

@@ -15,8 +15,11 @@ const LARGEST: f32 = 126.0;
 /// The exposures, in stops, at which HDR-FLIP looks at a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExposureRange {
+    /// The lowest exposure.
     pub start: f32,
+    /// The highest exposure.
     pub stop: f32,
+    /// How many evenly spaced ones there are, both ends included; at least 2.
     pub count: usize,
 }
 

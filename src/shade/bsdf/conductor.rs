@@ -9,7 +9,9 @@ use super::{Boundary, BsdfSample, Gloss};
 /// Fresnel data of a metal at a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor {
+    /// Real part of the index of refraction, per channel.
     pub eta: Vec3,
+    /// Imaginary part of the index of refraction, per channel.
     pub k: Vec3,
     /// Factor on the reflection.
     pub specular: Vec3,

@@ -11,8 +11,11 @@ use super::fresnel;
 pub struct Dielectric {
     /// Interior over exterior index of refraction.
     pub ior: f32,
+    /// Whether it is a pane: light passes undeviated, with the reflections inside it.
     pub thin: bool,
+    /// Factor on what is reflected, linear RGB.
     pub reflectance: Vec3,
+    /// Factor on what is transmitted, linear RGB.
     pub transmittance: Vec3,
 }
 

@@ -9,6 +9,7 @@ use super::BsdfSample;
 /// Lambertian reflection of one side.
 #[derive(Clone, Copy, Debug)]
 pub struct Diffuse {
+    /// Albedo, linear RGB.
     pub reflectance: Vec3,
 }
 

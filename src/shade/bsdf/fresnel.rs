@@ -5,6 +5,7 @@ use glam::Vec3;
 /// Reflectance and refraction at a smooth dielectric boundary.
 #[derive(Clone, Copy, Debug)]
 pub struct DielectricFresnel {
+    /// Share of the light that is reflected, in [0, 1].
     pub reflectance: f32,
     /// Cosine of the refracted direction, positive; 0 under total internal reflection.
     pub cos_refracted: f32,

@@ -12,13 +12,16 @@ pub struct Lobes {
     /// Share of light that enters a coating, coefficients of a polynomial in the cosine from the
     /// highest down; `None`: all does.
     pub transmission: Option<[f32; 9]>,
+    /// The rough reflection; `None` where there is none, as of perfect mirrors.
     pub gloss: Option<Gloss>,
 }
 
 /// A microfacet lobe.
 #[derive(Clone, Copy, Debug)]
 pub struct Gloss {
+    /// How its normals spread.
     pub facets: Microfacets,
+    /// How much each of them reflects.
     pub boundary: Boundary,
     /// Factor on the reflection.
     pub specular: Vec3,
@@ -27,13 +30,17 @@ pub struct Gloss {
 /// How much facets reflect.
 #[derive(Clone, Copy, Debug)]
 pub enum Boundary {
+    /// Fresnel reflectance without absorption.
     Dielectric {
+        /// Interior over exterior index of refraction.
         ior: f32,
     },
     /// Reflectance at cosines 1 and 1/7, from which that between follows (Lazányi & Szirmay-Kalos
     /// 2005, as in Hoffman 2019).
     Conductor {
+        /// At cosine 1, linear RGB.
         facing: Vec3,
+        /// At cosine 1/7, linear RGB.
         tilted: Vec3,
     },
 }

@@ -23,6 +23,7 @@ impl Microfacets {
         }
     }
 
+    /// How their normals spread.
     pub fn distribution(self) -> MicrofacetDistribution {
         self.distribution
     }

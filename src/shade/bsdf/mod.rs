@@ -25,6 +25,7 @@ pub use plastic::{Coating, Plastic};
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
+    /// Unit vector away from the surface, local frame.
     pub direction: Vec3,
     /// Scattering × |cosine| / density, linear RGB.
     pub weight: Vec3,
@@ -37,16 +38,22 @@ pub struct BsdfSample {
 /// A scattering model with its parameters at one point.
 #[derive(Clone, Copy, Debug)]
 pub enum Model<'a> {
+    /// Lambertian reflection.
     Diffuse(Diffuse),
+    /// A diffuse base under a smooth or rough coating.
     Plastic(Plastic<'a>),
+    /// A metal without roughness.
     Mirror(Conductor),
+    /// A metal with its microfacets.
     RoughConductor(Conductor, Microfacets),
+    /// Smooth glass, or a thin pane.
     Dielectric(Dielectric),
 }
 
 /// A model with its sides and its opacity.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalBsdf<'a> {
+    /// How light scatters, seen from the front.
     pub model: Model<'a>,
     /// Reflects alike on both sides; otherwise the back of a reflecting model is black.
     pub two_sided: bool,

@@ -193,7 +193,9 @@ fn boundary_shares(facets: Microfacets, mu: f32, ior: f32) -> [f32; 2] {
 /// A coated diffuse surface at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Plastic<'a> {
+    /// What was integrated for its roughness and index.
     pub coating: &'a Coating,
+    /// Albedo of the base, linear RGB.
     pub diffuse: Vec3,
     /// Factor on the reflection of the coating.
     pub specular: Vec3,

@@ -24,12 +24,20 @@ pub struct Emitted {
 pub enum Source {
     /// A point of an emitting triangle: intensity along the normal; it falls off with the cosine.
     Surface {
+        /// World space.
         position: Vec3,
+        /// Unit, on the side that shines.
         normal: Vec3,
+        /// Power per solid angle (linear RGB) along the normal.
         intensity: Vec3,
     },
     /// Light from infinity: irradiance of a facing surface, and the direction towards it.
-    Infinity { direction: Vec3, irradiance: Vec3 },
+    Infinity {
+        /// Unit vector towards the light.
+        direction: Vec3,
+        /// Of a surface that faces it, linear RGB.
+        irradiance: Vec3,
+    },
 }
 
 impl Lights<'_> {

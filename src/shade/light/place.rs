@@ -25,6 +25,7 @@ pub enum LightPlace {
 /// A place that was selected at random.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenPlace {
+    /// Which light, and where on it.
     pub place: LightPlace,
     /// Density over places with which it was selected.
     pub density: f32,

@@ -12,6 +12,7 @@ pub(super) const REACH: f32 = 1.0 - 1e-6;
 /// A surface point that receives light.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a> {
+    /// The point, seen from where its light goes.
     pub at: Interaction<'a>,
     /// Where its shadow rays start: off the surface on the viewer's side.
     pub origin: Vec3,

@@ -35,6 +35,7 @@ use crate::scene::PointLight;
 pub struct VplOptions {
     /// Wanted number of lights.
     pub count: usize,
+    /// Of the light paths.
     pub seed: u64,
     /// Longest path in edges from the light to the camera, as in [`super::PathTracer::radiance`]:
     /// 2 is direct light.
@@ -108,10 +109,12 @@ enum Emission<'a> {
 }
 
 impl VirtualLights<'_> {
+    /// How many lights there are.
     pub fn len(&self) -> usize {
         self.lights.len()
     }
 
+    /// Whether nothing shines.
     pub fn is_empty(&self) -> bool {
         self.lights.is_empty()
     }
@@ -131,6 +134,7 @@ impl VirtualLights<'_> {
         self.lights.iter().map(power).collect()
     }
 
+    /// Bytes held.
     pub fn bytes(&self) -> usize {
         let glossy = |light: &&VirtualLight| matches!(light.emission, Emission::Glossy { .. });
         self.lights.len() * size_of::<VirtualLight>()

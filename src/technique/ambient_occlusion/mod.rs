@@ -71,6 +71,7 @@ pub struct AmbientOcclusion {
 }
 
 impl AmbientOcclusion {
+    /// The technique, with the directions of its hemisphere laid out.
     pub fn new(parameters: Parameters) -> Self {
         Self {
             directions: equal_area_hemisphere(parameters.side),

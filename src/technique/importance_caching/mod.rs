@@ -107,6 +107,7 @@ pub struct ImportanceCaching {
 }
 
 impl ImportanceCaching {
+    /// The technique with its parameters.
     pub fn new(parameters: Parameters) -> Self {
         Self { parameters }
     }

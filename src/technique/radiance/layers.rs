@@ -105,7 +105,9 @@ pub struct GlossVertex {
 /// How layers are smoothed, and the exposure that differences of luminance are seen at.
 #[derive(Clone, Debug)]
 pub struct Setting {
+    /// Which layers are smoothed.
     pub smoothing: Smoothing,
+    /// How each of them is.
     pub filter: Filter,
     /// Factor on radiance.
     pub exposure: f32,
