@@ -9,7 +9,7 @@ use std::process::Command;
 use lightbench::experiment::{Sequence, Viewer};
 use lightbench::image::{Attributes, Layer, write_exr, write_png};
 use lightbench::report::{write, write_single_file};
-use report_support::{Folder, Which, layers, picture};
+use report_support::{Folder, Which, layers, picture, reference_attributes};
 
 /// What a person does, as a script.
 const PERSON: &str = include_str!("report_support/browser.js");
@@ -147,7 +147,7 @@ fn sequences_are_stepped_through() {
     std::fs::create_dir(&references).expect("folder");
     let truth = ["mean", "deviations"].map(|name| Layer::color(name, picture(96, 54)));
     let path = references.join(format!("{KEY}.exr"));
-    write_exr(&path, &truth, &Attributes::new()).expect("reference");
+    write_exr(&path, &truth, &reference_attributes()).expect("reference");
     write(&folder.path).expect("report");
     all_fine(&use_page(&browser, &folder, 1400));
 }

@@ -10,7 +10,7 @@ use lightbench::experiment::{Sequence, Viewer};
 use lightbench::image::{Attributes, Image, Layer, Plane, read, write_exr, write_png};
 use lightbench::report::write;
 use report_support::boxes::assert_legible;
-use report_support::{Folder, Which, layers, picture};
+use report_support::{Folder, Which, layers, picture, reference_attributes};
 
 const KEY: &str = "00aa";
 const FIGURES: &str = r#"
@@ -134,7 +134,7 @@ fn sequences(labels: [&str; 2]) -> (tempfile::TempDir, Folder, Vec<String>) {
         Layer::color("deviations", image),
     ];
     let path = references.join(format!("{KEY}.exr"));
-    write_exr(&path, &layers, &Attributes::new()).expect("reference");
+    write_exr(&path, &layers, &reference_attributes()).expect("reference");
     (place, folder, jobs)
 }
 

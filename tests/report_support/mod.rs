@@ -170,6 +170,18 @@ impl Folder {
     }
 }
 
+/// What a file of a reference says beside its layers.
+#[allow(dead_code, reason = "not every test leaves references")]
+pub fn reference_attributes() -> Attributes {
+    let mut attributes = Attributes::new();
+    for key in ["samples", "wanted", "non_finite", "rays"] {
+        attributes.insert(key.into(), 1.into());
+    }
+    attributes.insert("random".into(), true.into());
+    attributes.insert("seconds".into(), 0.5.into());
+    attributes
+}
+
 /// All layers that a job leaves, for a reference and a smooth error of some strength.
 pub fn layers(reference: &Image, strength: f32) -> Vec<Layer> {
     let (width, height) = (reference.width, reference.height);
