@@ -140,7 +140,7 @@ pub(super) fn check_names(source: &Source, config: &Config) -> Result<(), Config
 }
 
 /// Whether a name is that of a folder of results, beside which the store of references lies.
-pub(super) fn check_folder_name(name: &str) -> Result<(), String> {
+pub(crate) fn check_folder_name(name: &str) -> Result<(), String> {
     check_name(name)?;
     match name.eq_ignore_ascii_case(REFERENCES) {
         false => Ok(()),

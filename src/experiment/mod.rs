@@ -57,6 +57,7 @@ pub use foresee::{JobMemory, foresee};
 pub use identity::{hash, scene_key};
 pub use image::{EXACT, exact, plan_image, render_job};
 pub use light_files::{LIGHTS_FILE, LightFile, MAP_FILE};
+pub(crate) use limits::check_folder_name;
 pub use loaded::{Loaded, build_technique};
 pub use overrides::Override;
 pub use plan::{Job, Plan, plan};

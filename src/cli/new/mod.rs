@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::NewVerb;
 use super::exit::{self, Failure};
+use crate::experiment::check_folder_name;
 use crate::standard_error::tell;
 
 const EXPERIMENT: &str = include_str!("experiment.toml");
@@ -32,10 +33,8 @@ pub fn run(verb: &NewVerb) -> Result<u8, Failure> {
             (file, format!("lightbench scene check {name}/scene.toml"))
         }
     };
-    if matches!(verb, NewVerb::Experiment { .. }) && name.eq_ignore_ascii_case("references") {
-        return Err(Failure::usage(
-            "results/references holds the references of all experiments; choose another name",
-        ));
+    if matches!(verb, NewVerb::Experiment { .. }) {
+        check_folder_name(name).map_err(Failure::usage)?;
     }
     if file.exists() {
         return Err(Failure::usage(format!(
