@@ -46,7 +46,7 @@ fn metrics(criterion: &mut Criterion) {
     });
     group.bench_function("LDR-FLIP", |b| b.iter(|| flip.ldr(&reference, &test)));
     group.bench_function("HDR-FLIP, two exposures", |b| {
-        b.iter(|| flip.hdr(&reference, &test, (two, curve)));
+        b.iter(|| flip.hdr(&reference, &test, two, curve));
     });
     let options = CompareOptions::default();
     group.bench_function("everything", |b| {

@@ -22,7 +22,7 @@ const OTHERS: &[Reader] = &[
     }),
     // EXR, Radiance HDR, PNG and JPEG.
     ("image", |bytes| {
-        let picture = crate::image::decode_bytes((Path::new("bytes"), None), bytes);
+        let picture = crate::image::decode_bytes(Path::new("bytes"), None, bytes);
         picture.map(|_| ()).map_err(|error| error.to_string())
     }),
 ];

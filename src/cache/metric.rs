@@ -98,7 +98,8 @@ impl Ranking {
 /// records return their mean. Weights sum to 1 within rounding.
 pub fn inverse_distance_weights(
     neighbours: &[Neighbour],
-    (diagonal, power): (f32, i32),
+    diagonal: f32,
+    power: i32,
     weights: &mut [f32],
 ) {
     let exact = |n: &Neighbour| n.distance <= 1e-9 * diagonal;
@@ -128,7 +129,7 @@ mod tests {
             })
             .collect();
         let mut out = vec![9.0; distances.len()];
-        inverse_distance_weights(&neighbours, (diagonal, 1), &mut out);
+        inverse_distance_weights(&neighbours, diagonal, 1, &mut out);
         out
     }
 

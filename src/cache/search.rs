@@ -108,7 +108,7 @@ impl RecordSearch {
         value: impl Fn(usize, &[Neighbour]) -> T + Sync,
     ) -> Vec<T> {
         let value = |(): &mut (), query: usize, found: &[Neighbour]| value(query, found);
-        self.map_with(positions, normals, (|| (), value))
+        self.map_with(positions, normals, || (), value)
     }
 
     /// As [`RecordSearch::map`], with something made once for each task and handed to `value`.
@@ -116,10 +116,8 @@ impl RecordSearch {
         &self,
         positions: &[Vec3],
         normals: &[Vec3],
-        (make, value): (
-            impl Fn() -> S + Sync + Send,
-            impl Fn(&mut S, usize, &[Neighbour]) -> T + Sync,
-        ),
+        make: impl Fn() -> S + Sync + Send,
+        value: impl Fn(&mut S, usize, &[Neighbour]) -> T + Sync,
     ) -> Vec<T> {
         let mut values = vec![T::default(); positions.len().min(normals.len())];
         values.par_chunks_mut(CHUNK).enumerate().for_each_init(
@@ -128,7 +126,7 @@ impl RecordSearch {
                 let first = chunk * CHUNK;
                 let range = first..first + out.len();
                 let (p, n) = (&positions[range.clone()], &normals[range]);
-                self.answer_run(space, (p, n), |i, found| {
+                self.answer_run(space, p, n, |i, found| {
                     out[i] = value(own, first + i, found);
                 });
             },
@@ -143,7 +141,8 @@ impl RecordSearch {
         &self,
         positions: &[Vec3],
         normals: &[Vec3],
-        (records, stride): (&mut [u32], usize),
+        records: &mut [u32],
+        stride: usize,
     ) {
         records
             .par_chunks_mut((CHUNK * stride).max(1))
@@ -152,7 +151,7 @@ impl RecordSearch {
                 let first = chunk * CHUNK;
                 let range = first..first + out.len() / stride.max(1);
                 let (p, n) = (&positions[range.clone()], &normals[range]);
-                self.answer_run(space, (p, n), |i, found| {
+                self.answer_run(space, p, n, |i, found| {
                     let own = &mut out[i * stride..(i + 1) * stride];
                     own.fill(u32::MAX);
                     for (record, neighbour) in own.iter_mut().zip(found) {
@@ -168,7 +167,8 @@ impl RecordSearch {
     pub fn answer_run(
         &self,
         space: &mut SearchSpace,
-        (positions, normals): (&[Vec3], &[Vec3]),
+        positions: &[Vec3],
+        normals: &[Vec3],
         mut answer: impl FnMut(usize, &[Neighbour]),
     ) {
         space.sort(positions, normals);

@@ -82,7 +82,7 @@ impl Tile {
             .sqrt();
         let bound = self.bound_reach(search, radius);
         let wide = |reach: f32| queries.len() > 1 && radius > WIDEST * reach;
-        if wide(bound) || wide(self.gather(search, (bound, radius))) {
+        if wide(bound) || wide(self.gather(search, bound, radius)) {
             let (first, second) = queries.split_at(queries.len() / 2);
             self.answer(search, first, answer);
             self.answer(search, second, answer);
@@ -119,7 +119,7 @@ impl Tile {
     ///
     /// With that distance R and all queries within r of the centre, N records are within R + r of
     /// any query, so those that count are within R + 2 r of the centre.
-    fn gather(&mut self, search: &RecordSearch, (bound, radius): (f32, f32)) -> f32 {
+    fn gather(&mut self, search: &RecordSearch, bound: f32, radius: f32) -> f32 {
         let (tree, centre) = (&search.tree, self.centre);
         let within = |reach: f32| (reach + 2.0 * radius) * SLACK;
         let farthest = within(bound) * within(bound);
@@ -175,8 +175,8 @@ impl Tile {
         let away = squared_distance(query.position, self.centre).sqrt() * SLACK;
         self.chosen.reset(rule.used);
         self.squared.clear();
-        let found = (&mut self.chosen, &mut self.squared);
-        let rank = examine(&self.groups, query, (search, away), found);
+        let (chosen, squared) = (&mut self.chosen, &mut self.squared);
+        let rank = examine(&self.groups, query, search, away, chosen, squared);
         if self.chosen.neighbours.is_empty() || rank as usize > rule.candidates {
             self.rank_and_choose(search, query);
         }
@@ -268,8 +268,10 @@ impl Chosen {
 fn examine(
     groups: &[Group],
     query: &Query,
-    (search, away): (&RecordSearch, f32),
-    (chosen, squared): (&mut Chosen, &mut Vec<[f32; LANES]>),
+    search: &RecordSearch,
+    away: f32,
+    chosen: &mut Chosen,
+    squared: &mut Vec<[f32; LANES]>,
 ) -> u32 {
     for group in groups {
         if group.from_centre - away > chosen.worst {
@@ -303,11 +305,11 @@ fn measure(group: &Group, query: &Query, search: &RecordSearch) -> ([f32; LANES]
     match search.rule().metric {
         Ranking::Combined(metric) => {
             let distance = |squared, cosine, _| metric.distance(squared, cosine);
-            measure_by(group, query, (search.least_cosine, distance))
+            measure_by(group, query, search.least_cosine, distance)
         }
         Ranking::Tangent(metric) => {
             let distance = |squared, cosine, plane| metric.distance(squared, plane, cosine);
-            measure_by(group, query, (search.least_cosine, distance))
+            measure_by(group, query, search.least_cosine, distance)
         }
     }
 }
@@ -316,7 +318,8 @@ fn measure(group: &Group, query: &Query, search: &RecordSearch) -> ([f32; LANES]
 fn measure_by(
     group: &Group,
     query: &Query,
-    (least_cosine, distance): (f32, impl Fn(f32, f32, f32) -> f32),
+    least_cosine: f32,
+    distance: impl Fn(f32, f32, f32) -> f32,
 ) -> ([f32; LANES], [f32; LANES]) {
     let mut squared = [0.0; LANES];
     let mut ranked = [0.0; LANES];

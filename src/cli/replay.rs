@@ -114,7 +114,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let function = technique.shading_function(&shot);
     for sample in 0..technique.reference_samples(shot.spp) {
         let mut exact = [[0.0; 3]];
-        let non_finite = function.pixels(&caster, (pixel, sample), &mut exact);
+        let non_finite = function.pixels(&caster, pixel, sample, &mut exact);
         say!(
             "exact, sample {sample}: {:?}, {non_finite} non-finite",
             exact[0]

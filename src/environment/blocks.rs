@@ -71,7 +71,7 @@ impl Blocks {
     pub fn light_set(&self, texels: &Texels, cells: usize, labels: &[u32]) -> LightSet {
         let clusters = self.clusters(cells, labels);
         let axes: Vec<_> = clusters.iter().map(|c| c.direction(texels)).collect();
-        self.lights((texels, labels), &clusters, &axes)
+        self.lights(texels, labels, &clusters, &axes)
     }
 
     /// As [`Blocks::light_set`], with the lights where the cells' centres are.
@@ -81,7 +81,7 @@ impl Blocks {
         let axes: Vec<_> = pairs
             .map(|(c, centre)| (c.energy > 0.0).then_some(*centre))
             .collect();
-        self.lights((texels, labels), &clusters, &axes)
+        self.lights(texels, labels, &clusters, &axes)
     }
 
     /// The blocks that are not black, and their cells.
@@ -100,7 +100,8 @@ impl Blocks {
 
     fn lights(
         &self,
-        (texels, labels): (&Texels, &[u32]),
+        texels: &Texels,
+        labels: &[u32],
         clusters: &[Cluster],
         axes: &[Option<DVec3>],
     ) -> LightSet {

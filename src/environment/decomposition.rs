@@ -156,7 +156,8 @@ impl Decomposition {
         } = directs(
             &texels,
             &classes.emissive,
-            (wanted, seed),
+            wanted,
+            seed,
             &self.steps(count.split),
         );
         let found = lights.len();
@@ -168,7 +169,7 @@ impl Decomposition {
         for &texel in &emissive {
             masked[texel as usize] = true;
         }
-        let rest = leaves(&texels, p.leaves, (&masked, classes.origin));
+        let rest = leaves(&texels, p.leaves, &masked, classes.origin);
         let weights = Weights {
             variance: p.variance_weight,
             extent: p.extent_weight,
@@ -227,7 +228,8 @@ impl LightSampler for Decomposition {
     fn lights_within(
         &self,
         map: &Environment,
-        (rays, indirect_cost): (usize, f64),
+        rays: usize,
+        indirect_cost: f64,
         seed: u64,
     ) -> LightSet {
         let count = Count {

@@ -41,7 +41,8 @@ const STILL: f64 = 0.02;
 pub(super) fn directs(
     texels: &Texels,
     emissive: &[u32],
-    (count, seed): (usize, u64),
+    count: usize,
+    seed: u64,
     steps: &Steps,
 ) -> Directs {
     let items: Vec<Item> = emissive
@@ -75,7 +76,9 @@ pub(super) fn directs(
     Directs {
         lights: lights(
             texels,
-            (emissive, &cells.labels, &kept),
+            emissive,
+            &cells.labels,
+            &kept,
             &centres,
             steps.k_means,
         ),
@@ -88,7 +91,7 @@ pub(super) fn directs(
 /// k-means within reach; centres that lose all they stood for go to the brightest texel that no other keeps. Returns
 /// the number of rounds.
 fn relax(cells: &mut Cells, items: &[Item], still: f64) -> usize {
-    let mut rounds = cells.relax((MOST_ROUNDS, still));
+    let mut rounds = cells.relax(MOST_ROUNDS, still);
     for _ in 0..MOST_RESEEDS {
         let mut empty = vec![true; cells.centres.len()];
         let mut open = Vec::new();
@@ -115,7 +118,7 @@ fn relax(cells: &mut Cells, items: &[Item], still: f64) -> usize {
             break;
         }
         cells.put(&moved);
-        rounds += cells.relax((MOST_ROUNDS, still));
+        rounds += cells.relax(MOST_ROUNDS, still);
     }
     rounds
 }
@@ -156,7 +159,9 @@ fn draw(items: &[Item], count: usize, masking_rad: f64, seed: u64) -> Vec<DVec3>
 /// kept, otherwise where the sample is.
 fn lights(
     texels: &Texels,
-    (emissive, labels, kept): (&[u32], &[u32], &[bool]),
+    emissive: &[u32],
+    labels: &[u32],
+    kept: &[bool],
     centres: &[DVec3],
     at_centroids: bool,
 ) -> Vec<Light> {

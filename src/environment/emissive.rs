@@ -157,7 +157,7 @@ fn weighted_quantile(texels: &Texels, share: f64, weight: &dyn Fn(usize) -> f64)
     // Where the sample misleads, all texels are sorted.
     [[low, high], [0.0, f32::INFINITY]]
         .into_iter()
-        .find_map(|range| quantile_within(texels, (&rows, target), range))
+        .find_map(|range| quantile_within(texels, &rows, target, range))
         .unwrap_or(0.0)
 }
 
@@ -198,7 +198,8 @@ fn likely_range(texels: &Texels, share: f64, rows: &[f64]) -> [f32; 2] {
 /// outside.
 fn quantile_within(
     texels: &Texels,
-    (rows, target): (&[f64], f64),
+    rows: &[f64],
+    target: f64,
     [low, high]: [f32; 2],
 ) -> Option<f32> {
     let mut below = 0.0;

@@ -79,7 +79,7 @@ pub(super) fn indirects(
     count: usize,
     weights: Weights,
 ) -> Vec<Light> {
-    cut(&mut leaves, count, (weights, 1))
+    cut(&mut leaves, count, weights, 1)
         .into_iter()
         .filter_map(|run| light(texels, &leaves[run]))
         .collect()
@@ -90,7 +90,8 @@ pub(super) fn indirects(
 pub(super) fn cut(
     leaves: &mut [Leaf],
     count: usize,
-    (weights, at_once): (Weights, usize),
+    weights: Weights,
+    at_once: usize,
 ) -> Vec<Range<usize>> {
     if leaves.is_empty() || count == 0 {
         return Vec::new();
@@ -201,7 +202,7 @@ mod tests {
 
     fn lights_of(map: &Environment, count: usize, weights: Weights) -> Vec<Light> {
         let texels = Texels::new(map);
-        let leaves = leaves(&texels, 8192, (&vec![false; texels.luminance.len()], 0));
+        let leaves = leaves(&texels, 8192, &vec![false; texels.luminance.len()], 0);
         indirects(&texels, leaves, count, weights)
     }
 

@@ -59,7 +59,7 @@ impl LightSampler for KolligKeller {
                 break;
             };
             cells.insert(items[centre].direction);
-            cells.relax((self.0.rounds, 0.0));
+            cells.relax(self.0.rounds, 0.0);
         }
         blocks
             .light_set(&texels, cells.centres.len(), &cells.labels)

@@ -30,11 +30,7 @@ impl Leaf {
 
 /// Gathers the texels that are not `masked` (these are as if they were not there) into about `count`
 /// cells, which begin at the column `origin`; cells without texels are dropped.
-pub(super) fn leaves(
-    texels: &Texels,
-    count: usize,
-    (masked, origin): (&[bool], usize),
-) -> Vec<Leaf> {
+pub(super) fn leaves(texels: &Texels, count: usize, masked: &[bool], origin: usize) -> Vec<Leaf> {
     let rings = Rings::new(count);
     let mut leaves = vec![Leaf::default(); rings.len()];
     let width = texels.width();
@@ -45,11 +41,11 @@ pub(super) fn leaves(
         let mut start = run.start;
         for x in run.clone() {
             if masks[x] {
-                add_run(texels, &columns, (y, start..x), &mut leaves[cell]);
+                add_run(texels, &columns, y, start..x, &mut leaves[cell]);
                 start = x + 1;
             }
         }
-        add_run(texels, &columns, (y, start..run.end), &mut leaves[cell]);
+        add_run(texels, &columns, y, start..run.end, &mut leaves[cell]);
     });
     let phi = std::f64::consts::TAU * origin as f64 / width as f64;
     // φ runs from −z over +x: clockwise about +y.
@@ -125,7 +121,7 @@ impl Columns {
 }
 
 /// Adds texels of one row, a run of its columns.
-fn add_run(texels: &Texels, columns: &Columns, (y, run): (usize, Range<usize>), leaf: &mut Leaf) {
+fn add_run(texels: &Texels, columns: &Columns, y: usize, run: Range<usize>, leaf: &mut Leaf) {
     if run.is_empty() {
         return;
     }
@@ -186,7 +182,7 @@ mod tests {
             for masked in [0, 3] {
                 let mask = |i: usize| masked > 0 && i % masked == 1;
                 let masks: Vec<bool> = (0..width * height).map(mask).collect();
-                let found = leaves(&texels, 500, (&masks, width / 3));
+                let found = leaves(&texels, 500, &masks, width / 3);
                 let mut expected = Cluster::default();
                 (0..width * height)
                     .filter(|i| !mask(*i))

@@ -130,7 +130,8 @@ pub trait LightSampler: Send + Sync {
     fn lights_within(
         &self,
         map: &Environment,
-        (rays, _indirect_cost): (usize, f64),
+        rays: usize,
+        _indirect_cost: f64,
         seed: u64,
     ) -> LightSet {
         self.lights(map, rays, seed)

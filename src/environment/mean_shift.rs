@@ -38,7 +38,8 @@ impl<'a> Segmentation<'a> {
     /// `tones` and `directions` (of the blocks' centres) are parallel to the blocks.
     pub fn new(
         blocks: &'a Blocks,
-        (directions, tones): (&[DVec3], &[f64]),
+        directions: &[DVec3],
+        tones: &[f64],
         bandwidth: Bandwidth,
     ) -> Self {
         let features = directions

@@ -67,7 +67,7 @@ impl Tile {
         [self.corner, second, third]
     }
 
-    fn child(&self, (kind, bits): (Kind, u32), corner: DVec2, rotation: u32) -> Self {
+    fn child(&self, kind: Kind, bits: u32, corner: DVec2, rotation: u32) -> Self {
         Self {
             kind,
             level: self.level + 1,
@@ -82,38 +82,38 @@ impl Tile {
     fn divide(&self, out: &mut Vec<Self>) {
         let [p1, p2, p3] = self.corners();
         match self.kind {
-            Kind::PointA => out.push(self.child((Kind::PointB, 0), p1, 0)),
-            Kind::PointB => out.push(self.child((Kind::PointA, 0), p1, 10)),
+            Kind::PointA => out.push(self.child(Kind::PointB, 0, p1, 0)),
+            Kind::PointB => out.push(self.child(Kind::PointA, 0, p1, 10)),
             Kind::SkinnyC => {
-                let first = self.child((Kind::FatF, 0), p3, 14);
+                let first = self.child(Kind::FatF, 0, p3, 14);
                 let end = first.corners()[2];
                 out.push(first);
-                out.push(self.child((Kind::SkinnyC, 1), p2, 6));
-                out.push(self.child((Kind::PointA, 1), end, 1));
+                out.push(self.child(Kind::SkinnyC, 1, p2, 6));
+                out.push(self.child(Kind::PointA, 1, end, 1));
             }
             Kind::SkinnyD => {
-                let first = self.child((Kind::FatE, 0), p2, 6);
+                let first = self.child(Kind::FatE, 0, p2, 6);
                 let end = first.corners()[2];
                 out.push(first);
-                out.push(self.child((Kind::SkinnyD, 1), end, 14));
+                out.push(self.child(Kind::SkinnyD, 1, end, 14));
             }
             Kind::FatE => {
-                let first = self.child((Kind::SkinnyC, 1), p3, 12);
+                let first = self.child(Kind::SkinnyC, 1, p3, 12);
                 let end = first.corners()[1];
                 out.push(first);
-                out.push(self.child((Kind::FatE, 2), p2, 8));
-                out.push(self.child((Kind::FatF, 0), p1, 0));
-                out.push(self.child((Kind::PointA, 1), end, 7));
+                out.push(self.child(Kind::FatE, 2, p2, 8));
+                out.push(self.child(Kind::FatF, 0, p1, 0));
+                out.push(self.child(Kind::PointA, 1, end, 7));
             }
             Kind::FatF => {
-                let first = self.child((Kind::FatF, 2), p3, 12);
+                let first = self.child(Kind::FatF, 2, p3, 12);
                 let end = first.corners()[2];
-                let second = self.child((Kind::FatE, 0), end, 0);
+                let second = self.child(Kind::FatE, 0, end, 0);
                 let second_end = second.corners()[2];
                 out.push(first);
                 out.push(second);
-                out.push(self.child((Kind::SkinnyD, 1), second_end, 8));
-                out.push(self.child((Kind::PointA, 2), end, 15));
+                out.push(self.child(Kind::SkinnyD, 1, second_end, 8));
+                out.push(self.child(Kind::PointA, 2, end, 15));
             }
         }
     }

@@ -112,7 +112,7 @@ impl<'a> Cells<'a> {
     /// Moves centres to the centroids of their cells and assigns again, until nothing changes, no centre
     /// moves as far as `least` or `most` rounds have passed; returns the number of rounds. Centres of
     /// cells without a centroid (empty, or balanced) stay.
-    pub fn relax(&mut self, (most, least): (usize, f64)) -> usize {
+    pub fn relax(&mut self, most: usize, least: f64) -> usize {
         for round in 0..most {
             let farthest = self.move_centres();
             let changed = self.assign() || self.reach.is_finite();
@@ -309,9 +309,9 @@ mod tests {
         let mut cells = Cells::new(&items, vec![-DVec3::Z, DVec3::X, DVec3::Y]);
         // Both are equally near: the first has them, and moves there.
         assert!(cells.labels.iter().all(|&label| label == 1));
-        assert_eq!(cells.relax((10, 0.0)), 1);
+        assert_eq!(cells.relax(10, 0.0), 1);
         assert_eq!(cells.centres, [-DVec3::Z, DVec3::Z, DVec3::Y]);
-        assert_eq!(Cells::new(&[], vec![DVec3::X]).relax((10, 0.0)), 1);
+        assert_eq!(Cells::new(&[], vec![DVec3::X]).relax(10, 0.0), 1);
     }
 
     #[test]
@@ -330,7 +330,7 @@ mod tests {
         let items = [sun, dim(0.7), dim(0.8), dim(0.9)];
         let mut cells = Cells::new(&items, vec![dim(0.8).direction]);
         cells.insert(DVec3::X);
-        cells.relax((10, 0.0));
+        cells.relax(10, 0.0);
         let expected = (items[1].moment + items[2].moment + items[3].moment).normalize();
         assert!(
             (cells.centres[0] - expected).length() < 1e-12,
@@ -351,7 +351,7 @@ mod tests {
         };
         let items = [lamp(0.0), lamp(1.0), lamp(40.0)];
         let mut cells = Cells::new(&items, vec![items[0].direction]).pulled_within(0.1);
-        cells.relax((10, 0.0));
+        cells.relax(10, 0.0);
         let expected = (items[0].direction + items[1].direction).normalize();
         assert!((cells.centres[0] - expected).length() < 1e-12);
         assert_eq!([0, 1, 2].map(|i| cells.is_reached(i)), [true, true, false]);
@@ -367,7 +367,7 @@ mod tests {
         for _ in 0..10 {
             cells.insert(direction(&mut rng));
             assert_eq!(cells.labels, plain_labels(&items, &cells.centres));
-            cells.relax((3, 0.0));
+            cells.relax(3, 0.0);
         }
         // A centre on top of another takes nothing.
         cells.insert(cells.centres[2]);

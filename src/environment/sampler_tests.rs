@@ -134,7 +134,7 @@ fn lights_are_sound_and_keep_the_power_of_any_map() {
                 let set = sampler.lights(&map, count, 3);
                 check(&context, &map, &set, count);
                 assert_eq!(set.lights.is_empty(), black, "{context}");
-                let within = sampler.lights_within(&map, (count, 0.25), 3);
+                let within = sampler.lights_within(&map, count, 0.25, 3);
                 check(&context, &map, &within, 4 * count);
                 let cost: f64 = within
                     .lights

@@ -120,7 +120,7 @@ impl<'a> Strata<'a> {
             return;
         };
         let mut cells = Cells::new(&items, centres.to_vec());
-        cells.relax((20, 0.0));
+        cells.relax(20, 0.0);
         let mut parts = [Stratum::default(), Stratum::default()];
         let mut next = 0;
         for &block in &stratum.blocks {

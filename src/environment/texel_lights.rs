@@ -177,7 +177,8 @@ impl TexelLights {
         &self,
         map: &Environment,
         light: usize,
-        (u, v): (f32, [f32; 2]),
+        u: f32,
+        v: [f32; 2],
     ) -> Option<TexelSample> {
         let (texel, share) = self.texels.as_ref()?.texel(light, u)?;
         let (x, y) = (texel as usize % map.width(), texel as usize / map.width());
@@ -218,7 +219,7 @@ impl Groups {
             k_means: false,
             exclusion_rad: PI,
         };
-        let found = directs(texels, &classes.emissive, (wanted, seed), &steps);
+        let found = directs(texels, &classes.emissive, wanted, seed, &steps);
         let direct = found.labels.iter().max().map_or(0, |&l| l as usize + 1);
         let mut masked = vec![false; texels.luminance.len()];
         if direct > 0 {
@@ -226,9 +227,9 @@ impl Groups {
                 masked[texel as usize] = true;
             }
         }
-        let mut rest = leaves(texels, LEAVES, (&masked, classes.origin));
+        let mut rest = leaves(texels, LEAVES, &masked, classes.origin);
         let at_once = count.div_ceil(ROUNDS);
-        let runs = cut(&mut rest, count.saturating_sub(direct), (WEIGHTS, at_once));
+        let runs = cut(&mut rest, count.saturating_sub(direct), WEIGHTS, at_once);
         Self {
             emissive: classes.emissive,
             cells: found.labels,

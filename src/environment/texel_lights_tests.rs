@@ -61,7 +61,7 @@ fn draws_of_a_light_have_its_power_and_stay_within_its_reach() {
                 (i as f32 * 0.754_877_7).fract(),
                 (i as f32 * 0.569_840_3).fract(),
             ];
-            let sample = lights.sample(&map, light, (u, v)).expect("a texel");
+            let sample = lights.sample(&map, light, u, v).expect("a texel");
             assert!(sample.pdf_sr > 0.0);
             sum += f64::from(map.radiance(sample.direction)[1] / sample.pdf_sr);
             let angle = axis.angle_between(sample.direction);
@@ -99,7 +99,7 @@ fn turning_a_map_turns_its_texel_lights() {
     for light in (0..before.len()).filter(|&l| before.moment[l] > 0.0) {
         let draw = |lights: &TexelLights, map| {
             lights
-                .sample(map, light, (0.3, [0.2, 0.7]))
+                .sample(map, light, 0.3, [0.2, 0.7])
                 .expect("a texel")
                 .direction
         };

@@ -61,7 +61,7 @@ impl LightSampler for Tmms {
             angle_rad: self.0.angle_rad,
             tone: self.0.tone,
         };
-        let labels = Segmentation::new(&blocks, (&directions, &tones), bandwidth).labels();
+        let labels = Segmentation::new(&blocks, &directions, &tones, bandwidth).labels();
         let modes = labels.iter().max().map_or(0, |&l| l + 1);
         let labels = Strata::new(&texels, &blocks, &labels).balanced(count);
         let lit: Vec<u32> = blocks

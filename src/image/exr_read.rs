@@ -166,7 +166,8 @@ pub(super) struct ExrPicture {
 /// (`Combined`, `beauty`, …), else the only colour layer, else a gray one (`Y`, or the only layer if it is not one of depth,
 /// alpha or ids), spread over R, G and B.
 pub(super) fn decode_picture(
-    (path, layer): (&Path, Option<&str>),
+    path: &Path,
+    layer: Option<&str>,
     bytes: &[u8],
 ) -> Result<ExrPicture, ImageError> {
     let file = decode_layers(path, bytes)?;

@@ -65,17 +65,18 @@ pub fn read_coded(path: &Path) -> Result<(Image, Encoding), ImageError> {
 pub fn read_picture(path: &Path) -> Result<Picture, ImageError> {
     let (path, layer) = file_and_layer(path);
     let bytes = std::fs::read(&path).map_err(|source| ImageError::io(&path, source))?;
-    decode_bytes((&path, layer.as_deref()), &bytes)
+    decode_bytes(&path, layer.as_deref(), &bytes)
 }
 
 /// [`read_picture`] of the bytes of a file; messages name `path`.
 pub(crate) fn decode_bytes(
-    (path, layer): (&Path, Option<&str>),
+    path: &Path,
+    layer: Option<&str>,
     bytes: &[u8],
 ) -> Result<Picture, ImageError> {
     let picture = match bytes {
         [0x76, 0x2f, 0x31, 0x01, ..] => {
-            let picture = exr_read::decode_picture((path, layer), bytes)?;
+            let picture = exr_read::decode_picture(path, layer, bytes)?;
             return Ok(Picture {
                 image: picture.image,
                 encoding: Encoding::Linear,

@@ -141,7 +141,7 @@ pub fn compare(
     let curve = options.tone_curve;
     let range = (options.flip_hdr && !options.display_referred)
         .then(|| ExposureRange::of(&reference, curve));
-    let flip_hdr = range.map(|range| flip.hdr(&reference, &test, (range, curve)));
+    let flip_hdr = range.map(|range| flip.hdr(&reference, &test, range, curve));
     Ok(Comparison {
         rmse: errors.mse.sqrt(),
         relmse: errors.relmse,

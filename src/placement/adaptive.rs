@@ -79,7 +79,7 @@ impl Refinement for Adaptive {
         for &site in input.sites {
             taken[site as usize] = true;
         }
-        let (mut sites, last) = propose(input, &pairs, (&mut taken, count));
+        let (mut sites, last) = propose(input, &pairs, &mut taken, count);
         let proposed = sites.len();
         let mut notes = Vec::new();
         if proposed < count && self.threshold.is_some() {
@@ -164,11 +164,7 @@ impl Adaptive {
 
 /// Takes up to `count` shading points nearest to the midpoints of `pairs`, in their order. Returns
 /// the difference of the last pair that was used, too.
-fn propose(
-    input: &Refinable,
-    pairs: &[Pair],
-    (taken, count): (&mut [bool], usize),
-) -> (Vec<u32>, f32) {
+fn propose(input: &Refinable, pairs: &[Pair], taken: &mut [bool], count: usize) -> (Vec<u32>, f32) {
     let points = input.points;
     let (mut sites, mut last) = (Vec::new(), 0.0);
     if pairs.is_empty() || count == 0 {

@@ -84,7 +84,7 @@ impl Refinement for DiscontinuityGuided {
         let (map, pairs) = measure(input, self.recipe());
         // D(s) of eq. 4, 0 at records and where there is no shading point.
         let picture = input.points.picture(|point| map[point]);
-        let (mut sites, by_importance) = draw(input, map, (count, seed));
+        let (mut sites, by_importance) = draw(input, map, count, seed);
         input.points.sort_by_block(&mut sites);
         let mut notes = Vec::new();
         if by_importance < sites.len() {

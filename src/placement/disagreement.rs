@@ -118,7 +118,7 @@ impl<'a> Disagreement<'a> {
             .zip(sites)
             .with_min_len(16)
             .for_each_init(Vec::new, |seen, (flood, &site)| {
-                self.flood(site, (flood, seen))
+                self.flood(site, flood, seen)
             });
         // Each thread takes in what reached a part of the probes, from all records in their order.
         let used = self.used;
@@ -158,7 +158,7 @@ impl<'a> Disagreement<'a> {
     /// Collects the probes that a new record is among the nearest of, spreading from its pixel to
     /// neighbouring ones. Parts of the surface that hang together in no other way are missed; the
     /// next lookup finds them.
-    fn flood(&self, site: u32, (flood, seen): (&mut Flood, &mut Vec<u64>)) {
+    fn flood(&self, site: u32, flood: &mut Flood, seen: &mut Vec<u64>) {
         let points = self.points;
         let origin = site as usize;
         let pixel = points.pixel[origin] as usize;
@@ -307,7 +307,7 @@ impl<'a> Disagreement<'a> {
         let (p, n) = (points.position[point], points.normal[point]);
         let reach = self.predictions[probe].distance.max(points.diagonal * 1e-6);
         let mut gain = 0.0;
-        each_pixel_around(points, (pixel, RADIUS), |q| {
+        each_pixel_around(points, pixel, RADIUS, |q| {
             let variance = self.variance(self.probe_of_pixel[q]);
             if variance > 0.0 {
                 let other = points.point_of_pixel[q] as usize;
@@ -326,7 +326,8 @@ impl<'a> Disagreement<'a> {
 /// The pixels of the square of `reach` pixels around one, clipped by the film.
 fn each_pixel_around(
     points: &ShadingPoints,
-    (pixel, reach): (usize, usize),
+    pixel: usize,
+    reach: usize,
     mut visit: impl FnMut(usize),
 ) {
     let (x, y) = (pixel % points.width, pixel / points.width);

@@ -69,7 +69,7 @@ fn differences(input: &Refinable, records: usize) -> (Vec<Spread>, usize) {
     // A fixed number of records for each pixel, flat and without a vector for each.
     let stride = records;
     let mut nearest = vec![0; points.len() * stride];
-    search.fill_records(&points.position, &points.normal, (&mut nearest, stride));
+    search.fill_records(&points.position, &points.normal, &mut nearest, stride);
     spreads(input, &nearest, stride)
 }
 
@@ -150,7 +150,8 @@ fn add_normalised(map: &mut [f32], mut values: Vec<f32>, clamp_quantile: f64) {
 pub(super) fn draw(
     input: &Refinable,
     mut map: Vec<f32>,
-    (count, seed): (usize, u64),
+    count: usize,
+    seed: u64,
 ) -> (Vec<u32>, usize) {
     let points = input.points;
     let all = (0..points.len()).into_par_iter();
@@ -166,7 +167,7 @@ pub(super) fn draw(
         let mut rng = Rng::new(seed, STREAM_MAP, 0, 0);
         while drawn.len() < count {
             let tables = Tables::new(points, &map);
-            draw_until_tired(&tables, &mut map, (&mut rng, &mut drawn, count));
+            draw_until_tired(&tables, &mut map, &mut rng, &mut drawn, count);
         }
     }
     let by_importance = drawn.len();
@@ -187,7 +188,9 @@ pub(super) fn draw(
 fn draw_until_tired(
     tables: &Tables,
     map: &mut [f32],
-    (rng, drawn, count): (&mut Rng, &mut Vec<u32>, usize),
+    rng: &mut Rng,
+    drawn: &mut Vec<u32>,
+    count: usize,
 ) {
     let mut rejected = 0;
     while drawn.len() < count {

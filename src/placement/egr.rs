@@ -86,7 +86,7 @@ impl Refinement for ErrorGuided {
         for round in 0..self.rounds {
             let wanted = count * (round + 1) / self.rounds - sites.len();
             let order = disagreement.by_gain(&free, wanted * CONSIDERED);
-            let mut chosen = spaced(points, (&order, &mut free), (wanted, spacing));
+            let mut chosen = spaced(points, &order, &mut free, wanted, spacing);
             points.sort_by_block(&mut chosen);
             sites.extend(&chosen);
             if round + 1 < self.rounds {
@@ -125,8 +125,10 @@ const BATCH: usize = 1 << 13;
 /// spacing is halved while they are too few. They are free no longer.
 fn spaced(
     points: &ShadingPoints,
-    (order, free): (&[u32], &mut [bool]),
-    (count, spacing): (usize, f64),
+    order: &[u32],
+    free: &mut [bool],
+    count: usize,
+    spacing: f64,
 ) -> Vec<u32> {
     let mut chosen = Vec::with_capacity(count);
     let mut reach = spacing as usize;
@@ -236,14 +238,14 @@ mod tests {
                 }
             }
             let mut free = vec![true; pixels];
-            let wanted = (expected.len(), reach as f64);
-            let chosen = spaced(&points, (&order, &mut free), wanted);
+            let count = expected.len();
+            let chosen = spaced(&points, &order, &mut free, count, reach as f64);
             assert_eq!(chosen, expected, "{reach} pixels");
             assert!(chosen.iter().all(|&point| !free[point as usize]));
         }
         // More than fit are had by halving the distance.
         let mut free = vec![true; pixels];
-        let all = spaced(&points, (&order, &mut free), (pixels, 9.0));
+        let all = spaced(&points, &order, &mut free, pixels, 9.0);
         assert_eq!(all.len(), pixels);
     }
 }

@@ -171,7 +171,7 @@ impl<F: Measure> Hierarchy<F> {
                 for (parent, node, own) in tasks {
                     let first = grown.below.len() as u32;
                     grown.parents.push((parent, first));
-                    growth.extend(node, own, (threshold, &mut grown.below));
+                    growth.extend(node, own, threshold, &mut grown.below);
                 }
                 grown
             })
@@ -282,7 +282,7 @@ impl<F: Measure> Growth<F> {
                     self.measure.add(summary, member);
                 };
                 let nothing = [self.measure.nothing(); 2];
-                return partition_large(members, (split.axis, plane), nothing, add);
+                return partition_large(members, split.axis, plane, nothing, add);
             }
             Some(plane) => partition(members, split.axis, plane),
             None => halve(members, split.axis),
@@ -294,16 +294,11 @@ impl<F: Measure> Growth<F> {
     /// All nodes below `node`, its two children first.
     fn below(&self, node: Node, members: &mut [F::Member], threshold: f32) -> Vec<Node> {
         let mut nodes = Vec::new();
-        self.extend(node, members, (threshold, &mut nodes));
+        self.extend(node, members, threshold, &mut nodes);
         nodes
     }
 
-    fn extend(
-        &self,
-        node: Node,
-        members: &mut [F::Member],
-        (threshold, nodes): (f32, &mut Vec<Node>),
-    ) {
+    fn extend(&self, node: Node, members: &mut [F::Member], threshold: f32, nodes: &mut Vec<Node>) {
         let parallel = members.len() > PARALLEL;
         let (middle, summaries) = self.halves(node.split, members);
         let (low, high) = members.split_at_mut(middle);
@@ -330,7 +325,7 @@ impl<F: Measure> Growth<F> {
         for (child, node, own) in [(first, left, low), (first + 1, right, high)] {
             if wanted(&node) {
                 nodes[child].children = nodes.len() as u32;
-                self.extend(node, own, (threshold, nodes));
+                self.extend(node, own, threshold, nodes);
             }
         }
     }

@@ -63,7 +63,7 @@ impl FirstStage for ImageSpace {
                 ..Placement::default()
             };
         }
-        let mut sites = one_per_cell(points, &usable, (count, seed));
+        let mut sites = one_per_cell(points, &usable, count, seed);
         let added = adjust(&mut sites, &usable, count, seed);
         Placement {
             sites,
@@ -76,7 +76,7 @@ impl FirstStage for ImageSpace {
 
 /// A random usable point of each square cell that has one; a cell holds as many pixels as there
 /// are points per record.
-fn one_per_cell(points: &ShadingPoints, usable: &[u32], (count, seed): (usize, u64)) -> Vec<u32> {
+fn one_per_cell(points: &ShadingPoints, usable: &[u32], count: usize, seed: u64) -> Vec<u32> {
     let side = (usable.len() as f64 / count as f64).sqrt().max(1.0);
     let columns = (points.width as f64 / side).ceil().max(1.0) as usize;
     let rows = (points.height as f64 / side).ceil().max(1.0) as usize;

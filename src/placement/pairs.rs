@@ -46,7 +46,7 @@ pub(super) fn spreads(input: &Refinable, nearest: &[u32], stride: usize) -> (Vec
         .zip(spreads.par_chunks_mut(CHUNK))
         .for_each(|((table, chunk), spreads)| {
             table.fill(&shares);
-            read_back(table, (chunk, stride), spreads);
+            read_back(table, chunk, stride, spreads);
         });
     let pairs = shares.iter().map(|share| share.pairs.len()).sum();
     (spreads, pairs)
@@ -75,7 +75,7 @@ impl Compared {
     }
 }
 
-fn read_back(table: &Table, (chunk, stride): (Nearest, usize), spreads: &mut [Spread]) {
+fn read_back(table: &Table, chunk: Nearest, stride: usize, spreads: &mut [Spread]) {
     each_new_set(chunk, stride, |pixels, set| {
         let (mut sum, mut largest, mut count) = (0.0f64, 0.0f32, 0u32);
         each_pair(set, |pair| {

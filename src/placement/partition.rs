@@ -29,10 +29,10 @@ pub(super) fn is_shared<M>(members: &[M]) -> bool {
 /// Moves members below `plane` to the front and returns how many there are.
 pub(super) fn partition<M: Coordinates>(members: &mut [M], axis: usize, plane: f32) -> usize {
     if is_shared(members) {
-        return partition_shared(members, (axis, plane));
+        return partition_shared(members, axis, plane);
     }
     if is_large(members) {
-        return partition_large(members, (axis, plane), [(); 2], |(), _| ()).0;
+        return partition_large(members, axis, plane, [(); 2], |(), _| ()).0;
     }
     let mut low = 0;
     for i in 0..members.len() {
@@ -51,7 +51,8 @@ pub(super) fn partition<M: Coordinates>(members: &mut [M], axis: usize, plane: f
 /// each member is added to the summary of its side while it is at hand.
 pub(super) fn partition_large<M: Coordinates, S>(
     members: &mut [M],
-    (axis, plane): (usize, f32),
+    axis: usize,
+    plane: f32,
     [mut below, mut above]: [S; 2],
     add: impl Fn(&mut S, &M),
 ) -> (usize, [S; 2]) {
@@ -74,7 +75,7 @@ pub(super) fn partition_large<M: Coordinates, S>(
 
 /// As [`partition_large`], by all threads and without summaries: the members end in the same order, since the first
 /// member on the wrong side always changes places with the last one.
-fn partition_shared<M: Coordinates>(members: &mut [M], (axis, plane): (usize, f32)) -> usize {
+fn partition_shared<M: Coordinates>(members: &mut [M], axis: usize, plane: f32) -> usize {
     let is_below = |member: &M| member.coordinate(axis) < plane;
     let parts = members.par_chunks(PART);
     let below: usize = parts
@@ -144,8 +145,8 @@ mod tests {
             let mut alone: Vec<Spot> = (0..count as u32).map(spot).collect();
             let mut shared = alone.clone();
             let none = ([(); 2], |(): &mut (), _: &Spot| ());
-            let (below, _) = partition_large(&mut alone, (0, plane), none.0, none.1);
-            assert_eq!(partition_shared(&mut shared, (0, plane)), below);
+            let (below, _) = partition_large(&mut alone, 0, plane, none.0, none.1);
+            assert_eq!(partition_shared(&mut shared, 0, plane), below);
             let order = |spots: &[Spot]| spots.iter().map(|s| s.index).collect::<Vec<_>>();
             assert_eq!(
                 order(&alone),

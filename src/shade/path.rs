@@ -79,7 +79,7 @@ impl<'a> PathTracer<'a> {
     /// light or material is; sums must leave it out.
     pub fn radiance(&self, caster: &Caster, ray: Ray, rng: &mut Rng, depths: Depths) -> [f32; 3] {
         let hit = caster.closest(&ray);
-        self.follow(caster, (ray, hit), rng, depths).into()
+        self.follow(caster, ray, hit, rng, depths).into()
     }
 
     /// What a ray meets behind all that shines, and the ray from there; `None` where that is nothing.
@@ -100,7 +100,8 @@ impl<'a> PathTracer<'a> {
     pub fn follow(
         &self,
         caster: &Caster,
-        (mut ray, mut hit): (Ray, Option<Hit>),
+        mut ray: Ray,
+        mut hit: Option<Hit>,
         rng: &mut Rng,
         depths: Depths,
     ) -> Vec3 {

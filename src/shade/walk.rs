@@ -88,14 +88,15 @@ impl PathTracer<'_> {
     /// What a leg meets. `rng` decides whether opacity masks are passed.
     pub fn meet(&self, caster: &Caster, leg: Leg, rng: &mut Rng) -> Met<'_> {
         let hit = caster.closest(&leg.ray);
-        self.meet_from(caster, (leg, hit), rng)
+        self.meet_from(caster, leg, hit, rng)
     }
 
     /// As [`PathTracer::meet`], of a leg whose first hit is known.
     pub fn meet_from(
         &self,
         caster: &Caster,
-        (mut leg, mut hit): (Leg, Option<Hit>),
+        mut leg: Leg,
+        mut hit: Option<Hit>,
         rng: &mut Rng,
     ) -> Met<'_> {
         let mut distance = 0.0;

@@ -86,7 +86,7 @@ impl Technique for Facing {
 struct Seen<'a>(&'a Shot<'a>);
 
 impl ShadingFunction for Seen<'_> {
-    fn pixels(&self, caster: &Caster, (first, sample): (u32, u32), out: &mut [[f32; 3]]) -> u64 {
+    fn pixels(&self, caster: &Caster, first: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         each_pixel(first, out, |pixel| {
             match self.0.look(caster, pixel, sample) {
                 Some(seen) => Vec3::splat(-seen.site.normal.dot(seen.direction)),

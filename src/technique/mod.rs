@@ -144,12 +144,7 @@ pub trait Technique: Send + Sync {
 pub trait ShadingFunction: Sync {
     /// Sample `sample` of consecutive pixels from `first_pixel` (row-major), both given in that
     /// order; returns the number of non-finite values, which are left black.
-    fn pixels(
-        &self,
-        caster: &Caster,
-        first_pixel_and_sample: (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64;
+    fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64;
 }
 
 /// Writes what `shade` says of each of consecutive pixels from `first_pixel`; values that are not finite
@@ -182,7 +177,7 @@ pub fn reference_pass(
         .map(|(y, row)| {
             let caster = shot.tracer.caster(counter);
             let first = (y * shot.width) as u32;
-            function.pixels(&caster, (first, sample), row)
+            function.pixels(&caster, first, sample, row)
         })
         .sum();
     (image, non_finite)

@@ -58,7 +58,7 @@ impl<'a> Passes<'a> {
                 return;
             }
             let mut alone = [[0.0; 3]];
-            if self.function.pixels(&caster, (pixel, sample), &mut alone) > 0 {
+            if self.function.pixels(&caster, pixel, sample, &mut alone) > 0 {
                 self.located.push((pixel, sample));
             }
         }

@@ -47,12 +47,7 @@ pub struct LayerPaths<'a> {
 }
 
 impl ShadingFunction for LayerPaths<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, pass): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, pass: u32, out: &mut [[f32; 3]]) -> u64 {
         let shot = self.shot;
         each_pixel(first_pixel, out, |pixel| {
             match shot.look_out(caster, pixel, pass % shot.spp) {
@@ -137,7 +132,7 @@ mod tests {
         let (mut by_layers, mut by_paths) = (0.0, 0.0);
         for pass in 0..PASSES {
             let mut out = vec![[0.0; 3]; shot.pixels()];
-            layers.pixels(&caster, (0, pass), &mut out);
+            layers.pixels(&caster, 0, pass, &mut out);
             for (pixel, value) in (0..).zip(out) {
                 let ray = shot.camera_ray(pixel, pass);
                 let mut rng = Rng::new(2, 0, u64::from(pixel), u64::from(pass));

@@ -109,8 +109,8 @@ impl PerSample<'_> {
             .map(|i| Seen::of(&points, place(i) as u32))
             .collect();
         let counter = RayCounter::default();
-        let how = (Interpolation::default(), self.terms.seed);
-        let (mut records, _) = self.technique.function(shot, how);
+        let (interpolation, seed) = (Interpolation::default(), self.terms.seed);
+        let (mut records, _) = self.technique.function(shot, interpolation, seed);
         records.evaluate(&sites, &counter);
         let rays = counter.read();
         spent += rays;

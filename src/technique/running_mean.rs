@@ -118,7 +118,7 @@ impl RunningMean<'_> {
         let counter = RayCounter::default();
         let mut stages = std::mem::take(&mut rendered.stages);
         let pixels = stages.time("reprojection", || {
-            self.merge(shot, (&rendered.image, before.as_ref()), &counter)
+            self.merge(shot, &rendered.image, before.as_ref(), &counter)
         });
         rendered.stages = stages;
         rendered.rays += counter.read();
@@ -141,7 +141,8 @@ impl RunningMean<'_> {
     fn merge(
         &self,
         shot: &Shot,
-        (image, before): (&Image, Option<&History>),
+        image: &Image,
+        before: Option<&History>,
         counter: &RayCounter,
     ) -> Vec<Remembered> {
         let [_, half] = shot.view.half_tangents(shot.width, shot.height);

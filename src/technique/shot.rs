@@ -204,7 +204,7 @@ impl<'a> Shot<'a> {
     pub fn look_out(&self, caster: &Caster, pixel: u32, sample: u32) -> Result<Seen, Missed> {
         let ray = self.camera_ray(pixel, sample);
         let hit = caster.closest(&ray);
-        self.look_on(caster, [pixel, sample], (ray, hit))
+        self.look_on(caster, [pixel, sample], ray, hit)
     }
 
     /// What `samples` of a tile of neighbouring pixels see, pixel by pixel: exactly what
@@ -212,7 +212,8 @@ impl<'a> Shot<'a> {
     pub fn look_tile(
         &self,
         caster: &Caster,
-        (pixels, samples): (&[u32], Range<u32>),
+        pixels: &[u32],
+        samples: Range<u32>,
         seen: &mut Vec<Seen>,
     ) {
         let mut rays = Vec::with_capacity(pixels.len() * samples.len());
@@ -229,8 +230,10 @@ impl<'a> Shot<'a> {
         for (i, &pixel) in pixels.iter().enumerate() {
             for (k, sample) in samples.clone().enumerate() {
                 let at = k * pixels.len() + i;
-                let start = (rays[at], hits[at]);
-                seen.extend(self.look_on(caster, [pixel, sample], start).ok());
+                seen.extend(
+                    self.look_on(caster, [pixel, sample], rays[at], hits[at])
+                        .ok(),
+                );
             }
         }
     }
@@ -249,7 +252,8 @@ impl<'a> Shot<'a> {
         &self,
         caster: &Caster,
         [pixel, sample]: [u32; 2],
-        (mut ray, mut hit): (Ray, Option<Hit>),
+        mut ray: Ray,
+        mut hit: Option<Hit>,
     ) -> Result<Seen, Missed> {
         let mut seen = Seen {
             site: Site::default(),
@@ -348,7 +352,7 @@ fn look_band(shot: &Shot, caster: &Caster, top: usize) -> Vec<Seen> {
     let mut tiled = Vec::with_capacity(shot.width * TILE);
     for left in (0..shot.width).step_by(TILE) {
         let tile = tile_pixels(shot, [left, top], shot.height);
-        shot.look_tile(caster, (&tile, 0..1), &mut tiled);
+        shot.look_tile(caster, &tile, 0..1, &mut tiled);
     }
     tiled.sort_unstable_by_key(|seen| seen.pixel);
     tiled
@@ -482,7 +486,7 @@ mod tests {
         for top in (0..shot.height).step_by(TILE) {
             for left in (0..shot.width).step_by(TILE) {
                 let tile = tile_pixels(&shot, [left, top], shot.height);
-                shot.look_tile(&caster, (&tile, 0..shot.spp), &mut tiled);
+                shot.look_tile(&caster, &tile, 0..shot.spp, &mut tiled);
             }
         }
         tiled.sort_by_key(|seen| (seen.pixel, seen.sample));

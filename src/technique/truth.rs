@@ -152,12 +152,7 @@ pub(super) struct TracedPaths<'a> {
 }
 
 impl ShadingFunction for TracedPaths<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, sample): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         let size = [self.shot.width, self.shot.height];
         let origin = self.shot.view.origin.as_vec3();
         each_pixel(first_pixel, out, |pixel| {
@@ -171,7 +166,7 @@ impl ShadingFunction for TracedPaths<'_> {
                 return paths.radiance(caster, ray, &mut rng, depths).into();
             }
             match paths.behind_lights(caster, ray) {
-                Some((ray, hit)) => paths.follow(caster, (ray, Some(hit)), &mut rng, depths),
+                Some((ray, hit)) => paths.follow(caster, ray, Some(hit), &mut rng, depths),
                 None => Vec3::ZERO,
             }
         })

@@ -209,7 +209,7 @@ pub fn closest<F: Floats, const TIGHT: bool>(
                 let second = others.trailing_zeros() as usize % F::LANES;
                 tree.prefetch(node.children[second]);
                 if others & (others - 1) != 0 {
-                    child = push_sorted(tree, node, (&near, entered), &mut stack[waiting..]);
+                    child = push_sorted(tree, node, &near, entered, &mut stack[waiting..]);
                     waiting += others.count_ones() as usize;
                     continue;
                 }
@@ -254,7 +254,8 @@ fn entry<F: Floats>(node: &Node<F>, near: &F::Row, lane: usize) -> u64 {
 fn push_sorted<F: Floats, const TIGHT: bool>(
     tree: &WideTree<F, TIGHT>,
     node: &Node<F>,
-    (near, entered): (&F::Row, u32),
+    near: &F::Row,
+    entered: u32,
     top: &mut [u64],
 ) -> u32 {
     let mut lanes = entered;

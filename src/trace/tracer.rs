@@ -58,12 +58,13 @@ impl Tracer {
     /// # Panics
     /// If there are fewer flags than triangles.
     pub fn with_moving(positions: &[Vec3], triangles: &[[u32; 3]], moving: &[bool]) -> Self {
-        Self::with_moving_for(Kernel::best(), (positions, triangles), moving)
+        Self::with_moving_for(Kernel::best(), positions, triangles, moving)
     }
 
     pub(super) fn with_moving_for(
         kernel: Kernel,
-        (positions, triangles): (&[Vec3], &[[u32; 3]]),
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
         moving: &[bool],
     ) -> Self {
         let kernel = answering(kernel);

@@ -49,7 +49,8 @@ impl Flip {
         &self,
         reference: &Image,
         test: &Image,
-        (range, curve): (ExposureRange, ToneCurve),
+        range: ExposureRange,
+        curve: ToneCurve,
     ) -> Plane {
         let mut largest = Plane::new(reference.width, reference.height);
         for exposure in range.exposures() {

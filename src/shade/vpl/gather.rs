@@ -35,24 +35,25 @@ impl VirtualLights<'_> {
         &self,
         caster: &Caster,
         to: &Receiver,
-        (buffers, visit): (&mut Gathering, &mut dyn FnMut(usize, Vec3, bool)),
+        buffers: &mut Gathering,
+        visit: &mut dyn FnMut(usize, Vec3, bool),
     ) {
         for block in 0..self.facing.len() {
             let mut faced = self.faced(to, block);
             while faced != 0 {
                 let index = block * LANES + faced.trailing_zeros() as usize;
                 faced &= faced - 1;
-                self.wait(caster, to, (index, &mut *buffers, &mut *visit));
+                self.wait(caster, to, index, buffers, visit);
             }
         }
         for index in self.on_surfaces..self.finite {
-            self.wait(caster, to, (index, &mut *buffers, &mut *visit));
+            self.wait(caster, to, index, buffers, visit);
         }
-        self.flush(caster, to, (&mut *buffers, &mut *visit));
+        self.flush(caster, to, buffers, visit);
         for index in self.finite..self.len() {
-            self.wait(caster, to, (index, &mut *buffers, &mut *visit));
+            self.wait(caster, to, index, buffers, visit);
         }
-        self.flush(caster, to, (buffers, visit));
+        self.flush(caster, to, buffers, visit);
     }
 
     /// Puts a light in line, unless it adds nothing, and casts the rays when the line is full.
@@ -60,7 +61,9 @@ impl VirtualLights<'_> {
         &self,
         caster: &Caster,
         to: &Receiver,
-        (index, buffers, visit): (usize, &mut Gathering, &mut dyn FnMut(usize, Vec3, bool)),
+        index: usize,
+        buffers: &mut Gathering,
+        visit: &mut dyn FnMut(usize, Vec3, bool),
     ) {
         let value = self.unoccluded(to, index);
         if value == Vec3::ZERO {
@@ -77,7 +80,7 @@ impl VirtualLights<'_> {
         };
         buffers.waiting += 1;
         if buffers.waiting == BUNDLE {
-            self.flush(caster, to, (buffers, visit));
+            self.flush(caster, to, buffers, visit);
         }
     }
 
@@ -87,7 +90,8 @@ impl VirtualLights<'_> {
         &self,
         caster: &Caster,
         to: &Receiver,
-        (buffers, visit): (&mut Gathering, &mut dyn FnMut(usize, Vec3, bool)),
+        buffers: &mut Gathering,
+        visit: &mut dyn FnMut(usize, Vec3, bool),
     ) {
         let count = std::mem::take(&mut buffers.waiting);
         if count == 0 {
@@ -121,7 +125,7 @@ impl VirtualLights<'_> {
                 sum += value.as_dvec3();
             }
         };
-        self.each(caster, to, (buffers, &mut add));
+        self.each(caster, to, buffers, &mut add);
         (sum.as_vec3(), non_finite)
     }
 }

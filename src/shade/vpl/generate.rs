@@ -56,7 +56,9 @@ impl<'a> VirtualLights<'a> {
         let pilot = paths.trace(counter);
         // A pilot without a single light still starts some paths.
         let per_path = (pilot.len() as f64 / PILOT as f64).max(1.0 / 16.0);
-        let parallel = scene.lights().parallel().map(VirtualLight::at_infinity);
+        let parallel = scene.lights().parallel();
+        let parallel = parallel
+            .map(|(direction, irradiance)| VirtualLight::at_infinity(direction, irradiance));
         let points = scene.lights().points().map(VirtualLight::at_point);
         let exact: Vec<_> = parallel.chain(points).collect();
         let wanted = options.count.saturating_sub(exact.len()) as f64;
@@ -154,7 +156,7 @@ impl<'a> Paths<'a> {
             Source::Infinity {
                 direction,
                 irradiance,
-            } => VirtualLight::at_infinity((direction, irradiance * share)),
+            } => VirtualLight::at_infinity(direction, irradiance * share),
         }
     }
 
@@ -212,7 +214,7 @@ impl<'a> VirtualLight<'a> {
         }
     }
 
-    fn at_infinity((direction, irradiance): (Vec3, Vec3)) -> Self {
+    fn at_infinity(direction: Vec3, irradiance: Vec3) -> Self {
         Self {
             position: Vec3::ZERO,
             end: Vec3::ZERO,

@@ -313,7 +313,7 @@ fn with_set(
     let to = Receiver::new(at, scene.diagonal);
     let mut visible = vec![None; lights.len()];
     let mut note = |i: usize, _, seen| visible[i] = Some(seen);
-    lights.each(&caster, &to, (&mut Gathering::default(), &mut note));
+    lights.each(&caster, &to, &mut Gathering::default(), &mut note);
     for (i, seen) in visible.iter().enumerate() {
         let single = !caster.occluded(&lights.shadow_ray(&to, i));
         assert!(

@@ -72,7 +72,8 @@ impl Gatherer<'_> {
     pub fn gather_change(
         &self,
         caster: &Caster,
-        (site, edges): (&Site, &HemisphereEdges),
+        site: &Site,
+        edges: &HemisphereEdges,
         scratch: &mut Scratch,
     ) -> (f32, Change) {
         let count = self.directions.len();
@@ -84,7 +85,7 @@ impl Gatherer<'_> {
             bent += *local * f32::from(u8::from(open));
         }
         let bent = bent * (2.0 / count as f32);
-        self.measure_outline(caster, (origin, edges), scratch);
+        self.measure_outline(caster, origin, edges, scratch);
         let nearness: f32 = scratch.measured.iter().map(|(_, nearness)| nearness).sum();
         let gradient = edges.gradient_of_outline(&scratch.occluded, &scratch.measured);
         let shot = LocalFrame::from_normal(site.normal);
@@ -100,7 +101,8 @@ impl Gatherer<'_> {
     fn measure_outline(
         &self,
         caster: &Caster,
-        (origin, edges): (Vec3, &HemisphereEdges),
+        origin: Vec3,
+        edges: &HemisphereEdges,
         scratch: &mut Scratch,
     ) {
         edges.outline(&scratch.occluded, &mut scratch.outline);
@@ -177,7 +179,7 @@ mod tests {
         let site = at(0.3, Vec3::Z);
         let value = gatherer.gather(&caster, &site, &mut scratch);
         let bits = scratch.occluded.clone();
-        let (same, change) = gatherer.gather_change(&caster, (&site, &edges), &mut scratch);
+        let (same, change) = gatherer.gather_change(&caster, &site, &edges, &mut scratch);
         assert!((value - same).abs() < 1e-6 && bits == scratch.occluded);
         assert!((change.bent.dot(site.normal) - value).abs() < 1e-5);
 

@@ -138,7 +138,8 @@ impl CachedTechnique for AmbientOcclusion {
     fn function<'a>(
         &'a self,
         shot: &'a Shot<'a>,
-        (interpolation, _): (Interpolation, u64),
+        interpolation: Interpolation,
+        _: u64,
     ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
         let records = VisibilityRecords::new(shot, self.gatherer(shot), interpolation.gradient());
         (Box::new(records), self.parameters.lookup)
@@ -161,12 +162,7 @@ struct SampledOcclusion<'a> {
 }
 
 impl ShadingFunction for SampledOcclusion<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, pass): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, pass: u32, out: &mut [[f32; 3]]) -> u64 {
         let shot = self.shot;
         each_pixel(first_pixel, out, |pixel| {
             let open = shot
@@ -195,12 +191,7 @@ struct ExactOcclusion<'a> {
 }
 
 impl ShadingFunction for ExactOcclusion<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, sample): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         let mut scratch = Scratch::new(self.gatherer.directions.len());
         each_pixel(first_pixel, out, |pixel| {
             let seen = self.shot.look(caster, pixel, sample);

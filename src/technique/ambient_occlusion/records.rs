@@ -44,7 +44,7 @@ impl<'a> VisibilityRecords<'a> {
     /// What a record says of a site, 0 to 1, and how far it is to be believed beside others.
     fn value(&self, record: u32, of: &Site) -> (f32, f32) {
         let extrapolated = self.gradient.as_ref().and_then(|gradient| {
-            let (step, change) = gradient.around(record, (of.position, of.normal))?;
+            let (step, change) = gradient.around(record, of.position, of.normal)?;
             let most = gradient.rule.clamp.unwrap_or(LARGEST_CHANGE);
             let moved = change.gradient.dot(step).clamp(-most, most);
             let value = (change.bent.dot(of.normal) + moved).clamp(0.0, 1.0);
@@ -75,7 +75,7 @@ impl CachedFunction for VisibilityRecords<'_> {
                         gatherer.gather(caster, &record.site, scratch),
                         Change::default(),
                     ),
-                    Some(edges) => gatherer.gather_change(caster, (&record.site, edges), scratch),
+                    Some(edges) => gatherer.gather_change(caster, &record.site, edges, scratch),
                 };
                 occluded.copy_from_slice(&scratch.occluded);
                 made
@@ -84,7 +84,7 @@ impl CachedFunction for VisibilityRecords<'_> {
         self.values.extend(made.iter().map(|(value, _)| value));
         if let Some(gradient) = &mut self.gradient {
             for (Seen { site, .. }, (_, change)) in sites.iter().zip(made) {
-                gradient.add((site.position, site.normal), change);
+                gradient.add(site.position, site.normal, change);
             }
         }
     }
@@ -112,7 +112,8 @@ impl CachedFunction for VisibilityRecords<'_> {
         &self,
         _: &Caster,
         seen: &Seen,
-        (neighbours, weights): (&[Neighbour], &[f32]),
+        neighbours: &[Neighbour],
+        weights: &[f32],
     ) -> Option<[f32; 3]> {
         if neighbours.is_empty() {
             return None;

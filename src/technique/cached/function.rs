@@ -18,12 +18,13 @@ pub trait CachedTechnique: Technique {
         Ok(())
     }
 
-    /// The function without records, for one shot, and its run-time rule. `how` says
-    /// how records will be interpolated and which seed keys random choices of them.
+    /// The function without records, for one shot, and its run-time rule. The `seed`
+    /// keys random choices of records.
     fn function<'a>(
         &'a self,
         shot: &'a Shot<'a>,
-        how: (Interpolation, u64),
+        interpolation: Interpolation,
+        seed: u64,
     ) -> (Box<dyn CachedFunction + 'a>, Lookup);
 
     /// A random estimate of the function at every sample, for the contender without records; its
@@ -67,7 +68,8 @@ pub trait CachedFunction: Sync {
         &self,
         caster: &Caster,
         seen: &Seen,
-        found: (&[Neighbour], &[f32]),
+        neighbours: &[Neighbour],
+        weights: &[f32],
     ) -> Option<[f32; 3]>;
 
     /// The value of a camera sample that records do not serve.

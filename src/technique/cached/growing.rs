@@ -26,7 +26,8 @@ impl<'a, 'f> Growing<'a, 'f> {
     /// The records that a function holds.
     pub fn new(
         function: &'a mut (dyn CachedFunction + 'f),
-        (points, counter): (&'a ShadingPoints, &'a RayCounter),
+        points: &'a ShadingPoints,
+        counter: &'a RayCounter,
     ) -> Self {
         Self {
             function,

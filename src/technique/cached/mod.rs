@@ -244,7 +244,7 @@ impl<'a> Setting<'a> {
             terms,
         } = *self;
         let interpolation = distribution.interpolation;
-        let (mut function, lookup) = technique.function(shot, (interpolation, terms.seed));
+        let (mut function, lookup) = technique.function(shot, interpolation, terms.seed);
         let refinement = distribution.refinement.as_deref();
         let mut stages = Stages::default();
         let points = stages.time("shading_points", || shading_points(shot, counter));
@@ -271,7 +271,7 @@ impl<'a> Setting<'a> {
         };
         if let Some(refinement) = refinement.filter(|_| refined > 0) {
             let search = search_over(&points, &sites, rule(function.as_ref()));
-            let mut growing = Growing::new(function.as_mut(), (&points, counter));
+            let mut growing = Growing::new(function.as_mut(), &points, counter);
             let mut whole = Stages::default();
             let more = whole.time("refinement", || {
                 if refinement.predicts() {

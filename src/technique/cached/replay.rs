@@ -10,7 +10,7 @@ pub(super) fn replay(setting: &Setting, pixel: u32) -> Result<Vec<String>, Strin
     let shot = setting.shot;
     let counter = RayCounter::default();
     let records = setting.place_and_evaluate(&counter);
-    let how = (shot.scene.diagonal, records.interpolation.power());
+    let (diagonal, power) = (shot.scene.diagonal, records.interpolation.power());
     let caster = shot.tracer.caster(&counter);
     let mut lines = Vec::new();
     for sample in 0..shot.spp {
@@ -33,7 +33,7 @@ pub(super) fn replay(setting: &Setting, pixel: u32) -> Result<Vec<String>, Strin
             .map(&[site.position], &[site.normal], |_, n| n.to_vec());
         let neighbours = found.into_iter().next().unwrap_or_default();
         let mut weights = vec![0.0; neighbours.len()];
-        inverse_distance_weights(&neighbours, how, &mut weights);
+        inverse_distance_weights(&neighbours, diagonal, power, &mut weights);
         for (neighbour, weight) in neighbours.iter().zip(&weights) {
             let point = records.sites[neighbour.record as usize] as usize;
             let pixel = records.points.pixel[point] as usize;
@@ -45,12 +45,12 @@ pub(super) fn replay(setting: &Setting, pixel: u32) -> Result<Vec<String>, Strin
                 neighbour.distance,
                 records
                     .function
-                    .shade(&caster, &seen, (&[*neighbour], &[1.0]))
+                    .shade(&caster, &seen, &[*neighbour], &[1.0])
             ));
         }
         let function = records.function.as_ref();
         let value = function
-            .shade(&caster, &seen, (&neighbours, &weights))
+            .shade(&caster, &seen, &neighbours, &weights)
             .unwrap_or_else(|| function.shade_missed(&caster, &seen));
         lines.push(format!("  shaded {value:?}"));
     }

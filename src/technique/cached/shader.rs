@@ -178,7 +178,7 @@ impl<'a> Worker<'a> {
         for y in (top..(top + BLOCK).min(shot.height)).step_by(TILE) {
             for x in (left..(left + BLOCK).min(shot.width)).step_by(TILE) {
                 let tile = tile_pixels(shot, [x, y], top + BLOCK);
-                shot.look_tile(&self.caster, (&tile, 0..shot.spp), &mut self.seen);
+                shot.look_tile(&self.caster, &tile, 0..shot.spp, &mut self.seen);
             }
         }
         self.look_up();
@@ -213,10 +213,8 @@ impl<'a> Worker<'a> {
     fn look_up(&mut self) {
         let records = self.shader.records;
         let function = records.function.as_ref();
-        let how = (
-            self.shader.shot.scene.diagonal,
-            records.interpolation.power(),
-        );
+        let diagonal = self.shader.shot.scene.diagonal;
+        let power = records.interpolation.power();
         self.values.clear();
         self.values.resize(self.seen.len(), None);
         for (seen, values) in self.seen.chunks(RUN).zip(self.values.chunks_mut(RUN)) {
@@ -224,15 +222,16 @@ impl<'a> Worker<'a> {
             self.positions.extend(seen.iter().map(|s| s.site.position));
             self.normals.clear();
             self.normals.extend(seen.iter().map(|s| s.site.normal));
-            let queries = (self.positions.as_slice(), self.normals.as_slice());
             let caster = &self.caster;
             let answer = |query: usize, neighbours: &[Neighbour]| {
                 let mut weights = [0.0; MOST_USED];
                 let weights = &mut weights[..neighbours.len()];
-                inverse_distance_weights(neighbours, how, weights);
-                values[query] = function.shade(caster, &seen[query], (neighbours, weights));
+                inverse_distance_weights(neighbours, diagonal, power, weights);
+                values[query] = function.shade(caster, &seen[query], neighbours, weights);
             };
-            records.search.answer_run(&mut self.space, queries, answer);
+            let (positions, normals) = (&self.positions, &self.normals);
+            let space = &mut self.space;
+            records.search.answer_run(space, positions, normals, answer);
         }
     }
 }

@@ -111,12 +111,7 @@ struct Lit<'a> {
 }
 
 impl ShadingFunction for Lit<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, sample): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         let shot = self.shot;
         let stream = STREAM ^ viewer_key(shot);
         each_pixel(first_pixel, out, |pixel| {

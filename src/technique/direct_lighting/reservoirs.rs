@@ -43,7 +43,7 @@ fn start<'a>(
     terms: Terms,
 ) -> Result<Box<dyn Contender + 'a>, ParameterError> {
     Ok(Box::new(Reservoirs {
-        restir: Restir::new(table, preset, (Sources::All, terms.seed))?,
+        restir: Restir::new(table, preset, Sources::All, terms.seed)?,
         terms,
     }))
 }

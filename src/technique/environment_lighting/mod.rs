@@ -257,12 +257,7 @@ struct Exact<'a> {
 }
 
 impl ShadingFunction for Exact<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, pass): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, pass: u32, out: &mut [[f32; 3]]) -> u64 {
         let Some(illumination) = &self.illumination else {
             return 0;
         };

@@ -17,7 +17,8 @@ use crate::trace::RayCounter;
 /// for each pixel that is shaded itself, as counted at the first sub-pixel sample.
 pub(super) fn indirect_cost(
     illumination: &Illumination,
-    (reduction, rays): (usize, usize),
+    reduction: usize,
+    rays: usize,
     counter: &RayCounter,
 ) -> f64 {
     if reduction == 1 {
@@ -26,7 +27,7 @@ pub(super) fn indirect_cost(
     let grid = Grid::new(illumination.shot, reduction, 0);
     let features = features(illumination, &look(illumination, counter, 0));
     let low = vec![Vec3::ZERO; grid.pixels().count()];
-    let carried = upsample(&grid, (&features, &low), rays);
+    let carried = upsample(&grid, &features, &low, rays);
     let (mut surfaces, mut gaps) = (0u64, 0u64);
     for (feature, value) in features.iter().zip(&carried) {
         surfaces += u64::from(feature.is_some());
@@ -95,7 +96,7 @@ impl Reduced<'_> {
                     .pixels()
                     .map(|pixel| shaded[pixel as usize].indirect)
                     .collect();
-                upsample(&grid, (&features, &low), self.rays)
+                upsample(&grid, &features, &low, self.rays)
             });
             gaps += count_gaps(&seen, &carried);
             let carried = rendered

@@ -50,7 +50,7 @@ pub(super) fn render(illumination: &Illumination, job: &Sampled) -> Rendered {
         EnvironmentSampler::Product {
             parameters,
             unbiased,
-        } => product::render(illumination, (parameters, *unbiased, terms), &counter),
+        } => product::render(illumination, parameters, *unbiased, terms, &counter),
         EnvironmentSampler::Lights(sampler) => Global {
             illumination,
             parameters: &job.technique.parameters,
@@ -117,11 +117,15 @@ impl Global<'_> {
         let map = self.illumination.environment;
         let mut rendered = Rendered::default();
         let cost = rendered.stages.time("upsampling", || {
-            let how = (sampler.reduction(), terms.budget);
-            indirect_cost(self.illumination, how, self.counter)
+            indirect_cost(
+                self.illumination,
+                sampler.reduction(),
+                terms.budget,
+                self.counter,
+            )
         });
         let (set, versions) = rendered.stages.time("light_generation", || {
-            let set = sampler.lights_within(map, (terms.budget, cost), terms.seed);
+            let set = sampler.lights_within(map, terms.budget, cost, terms.seed);
             let Parameters {
                 interleaved_sets,
                 perturbation,

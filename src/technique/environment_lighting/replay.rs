@@ -25,9 +25,9 @@ pub(super) fn replay(illumination: &Illumination, job: &Sampled, pixel: u32) -> 
         }
         EnvironmentSampler::Lights(sampler) => {
             let map = illumination.environment;
-            let how = (sampler.reduction(), job.terms.budget);
-            let cost = indirect_cost(illumination, how, &counter);
-            let set = sampler.lights_within(map, (job.terms.budget, cost), job.terms.seed);
+            let (reduction, rays) = (sampler.reduction(), job.terms.budget);
+            let cost = indirect_cost(illumination, reduction, rays, &counter);
+            let set = sampler.lights_within(map, job.terms.budget, cost, job.terms.seed);
             let parameters = &job.technique.parameters;
             let sets = parameters.interleaved_sets;
             set.interleaved(sets, parameters.perturbation, job.terms.seed)

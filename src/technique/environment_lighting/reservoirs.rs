@@ -47,7 +47,7 @@ impl Variant {
         let affordable = (terms.budget / self.rays).clamp(1, 64) as u32;
         let preset = self.preset.with_reservoirs(affordable);
         Ok(Box::new(Reservoirs {
-            restir: Restir::new(table, &preset, (Sources::Environment, terms.seed))?,
+            restir: Restir::new(table, &preset, Sources::Environment, terms.seed)?,
         }))
     }
 }

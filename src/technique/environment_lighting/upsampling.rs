@@ -129,7 +129,8 @@ const FARTHEST: f32 = 96_000.0;
 /// relative to the largest one of the window, so that their sum is never 0.
 pub(super) fn upsample(
     grid: &Grid,
-    (features, low): (&[Option<Feature>], &[Vec3]),
+    features: &[Option<Feature>],
+    low: &[Vec3],
     rays: usize,
 ) -> Vec<Option<Vec3>> {
     let rays = rays.max(1) as f32;
@@ -267,7 +268,7 @@ mod tests {
                 feature(middle, 1.0),
                 feature(Vec3::Z, 1.0),
             ];
-            upsample(&grid, (&features, &low), rays)[1]
+            upsample(&grid, &features, &low, rays)[1]
         };
         // Thirty σ away: too far for many rays.
         assert_eq!(carried(tilted, 8), Some(Vec3::splat(2.0)));
@@ -275,7 +276,7 @@ mod tests {
         assert_eq!(carried(Vec3::Z, 1 << 20), Some(Vec3::splat(2.0)));
         // The background has nothing to carry.
         let features = [None, feature(Vec3::Z, 1.0), None];
-        assert_eq!(upsample(&grid, (&features, &low), 8), [None, None, None]);
+        assert_eq!(upsample(&grid, &features, &low, 8), [None, None, None]);
     }
 
     #[test]

@@ -26,17 +26,12 @@ impl<'a> AllLights<'a> {
 }
 
 impl ShadingFunction for AllLights<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, sample): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         let mut gathering = Gathering::default();
         let mut broken = 0;
         let unsound = each_pixel(first_pixel, out, |pixel| {
             let Some(seen) = self.shot.look(caster, pixel, sample) else {
-                return background(self.shot, caster, (pixel, sample));
+                return background(self.shot, caster, pixel, sample);
             };
             let to = receiver(self.shot, &seen);
             let (sum, non_finite) = self.lights.sum(caster, &to, &mut gathering);
@@ -91,17 +86,12 @@ impl<'a> OneLight<'a> {
 }
 
 impl ShadingFunction for OneLight<'_> {
-    fn pixels(
-        &self,
-        caster: &Caster,
-        (first_pixel, pass): (u32, u32),
-        out: &mut [[f32; 3]],
-    ) -> u64 {
+    fn pixels(&self, caster: &Caster, first_pixel: u32, pass: u32, out: &mut [[f32; 3]]) -> u64 {
         let shot = self.shot;
         each_pixel(first_pixel, out, |pixel| {
             let sample = pass % shot.spp;
             let Some(seen) = shot.look(caster, pixel, sample) else {
-                return background(shot, caster, (pixel, sample));
+                return background(shot, caster, pixel, sample);
             };
             let to = receiver(shot, &seen);
             let mut sum = shot.paths.lights().emitted(&to.at);
@@ -118,7 +108,7 @@ impl ShadingFunction for OneLight<'_> {
 }
 
 /// The environment where a camera sample sees no surface, through mirrors and glass as well.
-fn background(shot: &Shot, caster: &Caster, (pixel, sample): (u32, u32)) -> Vec3 {
+fn background(shot: &Shot, caster: &Caster, pixel: u32, sample: u32) -> Vec3 {
     match shot.look_out(caster, pixel, sample) {
         Ok(_) => Vec3::ZERO,
         Err(missed) => missed.throughput * shot.paths.lights().environment(missed.direction),
@@ -136,7 +126,7 @@ pub fn add_background(shot: &Shot, image: &mut Image) {
         let caster = shot.tracer.caster(&counter);
         for (pixel, value) in (y as u32 * shot.width as u32..).zip(row) {
             let samples = (0..shot.spp).filter(|&s| shot.look(&caster, pixel, s).is_none());
-            let sum: Vec3 = samples.map(|s| background(shot, &caster, (pixel, s))).sum();
+            let sum: Vec3 = samples.map(|s| background(shot, &caster, pixel, s)).sum();
             *value = (Vec3::from(*value) + sum / shot.spp as f32).into();
         }
     });

@@ -220,7 +220,8 @@ impl CachedTechnique for ImportanceCaching {
     fn function<'a>(
         &'a self,
         shot: &'a Shot<'a>,
-        (_, seed): (Interpolation, u64),
+        _: Interpolation,
+        seed: u64,
     ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
         (Box::new(self.records(shot, seed)), self.parameters.lookup)
     }

@@ -70,7 +70,9 @@ impl<'a> ImportanceRecords<'a> {
     fn fill(
         &self,
         caster: &Caster,
-        (mut record, site, radius): (RecordMut, &Seen, f32),
+        mut record: RecordMut,
+        site: &Seen,
+        radius: f32,
         scratch: &mut Scratch,
     ) {
         let to = receiver(self.shot, site);
@@ -83,7 +85,7 @@ impl<'a> ImportanceRecords<'a> {
             full[light] = if visible { value } else { 0.0 };
         };
         self.lights
-            .each(caster, &to, (&mut scratch.gathering, &mut visit));
+            .each(caster, &to, &mut scratch.gathering, &mut visit);
         let turn = self.settings.lookup.max_angle_deg.to_radians();
         let near = Neighbourhood {
             radius,
@@ -127,7 +129,7 @@ impl CachedFunction for ImportanceRecords<'_> {
                     (this.shot.tracer.caster(counter), scratch)
                 },
                 |(caster, scratch), (record, (site, &radius))| {
-                    this.fill(caster, (record, site, radius), scratch);
+                    this.fill(caster, record, site, radius, scratch);
                 },
             );
         self.table = table;
@@ -150,7 +152,8 @@ impl CachedFunction for ImportanceRecords<'_> {
         &self,
         caster: &Caster,
         seen: &Seen,
-        (found, _): (&[Neighbour], &[f32]),
+        found: &[Neighbour],
+        _: &[f32],
     ) -> Option<[f32; 3]> {
         let to = receiver(self.shot, seen);
         let mut sum = self.shot.paths.lights().emitted(&to.at);

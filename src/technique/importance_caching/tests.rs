@@ -71,9 +71,7 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
                 };
             };
             let mut gathering = Gathering::default();
-            records
-                .lights
-                .each(&caster, &to, (&mut gathering, &mut add));
+            records.lights.each(&caster, &to, &mut gathering, &mut add);
             let exact: f64 = values.iter().map(|&v| f64::from(v)).sum();
             let near = nearest(&records.positions, seen.site.position);
             let chosen: Vec<u32> = near.iter().map(|n| n.record).collect();
@@ -95,7 +93,7 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
                 let again = Seen { sample, ..*seen };
                 let value = luminance(
                     records
-                        .shade(&caster, &again, (&near, &weights))
+                        .shade(&caster, &again, &near, &weights)
                         .expect("served"),
                 );
                 assert!(value.is_finite() && value >= 0.0, "{name}");
@@ -153,7 +151,9 @@ fn the_estimate_is_unbiased_for_the_sum_over_all_lights() {
 /// Reference, and one contender for each seed.
 fn images(
     description: &SceneDescription,
-    (method, caches, seeds): (&str, usize, u64),
+    method: &str,
+    caches: usize,
+    seeds: u64,
 ) -> (Image, Vec<Image>) {
     let technique = technique(FEW);
     with_frame(description, |shot| {
@@ -199,7 +199,7 @@ fn brightness((reference, contenders): &(Image, Vec<Image>)) -> [f64; 3] {
 fn every_distribution_of_records_keeps_the_energy() {
     let description = find_scene("cornell-curved").expect("an embedded scene");
     for method in ["IM", "SD", "SD+AS", "VGC", "VGC+DGS", "per-sample"] {
-        let [mean, sigma, exact] = brightness(&images(&description, (method, 20, 16)));
+        let [mean, sigma, exact] = brightness(&images(&description, method, 20, 16));
         assert!(sigma < 0.1 * exact, "{method}: ± {sigma} of {exact}");
         assert!(
             (mean - exact).abs() < 4.5 * sigma,
@@ -300,7 +300,7 @@ fn no_record_one_record_and_more_records_than_pixels_are_fine() {
     let scene = room(grey(), [0.6, 10.0]);
     assert_unbiased(&scene, FEW, WIDTH * HEIGHT);
     for caches in [0, 1, 1000] {
-        let images = images(&scene, ("IM", caches, 16));
+        let images = images(&scene, "IM", caches, 16);
         let [mean, sigma, exact] = brightness(&images);
         assert!(
             (mean - exact).abs() < 5.0 * sigma,
@@ -323,7 +323,7 @@ fn dark_rooms_and_black_materials_show_emission_only() {
         room(black, [0.6, 10.0]),
         buried_lamp(),
     ] {
-        let (reference, contenders) = images(&scene, ("VGC+DGS", 20, 2));
+        let (reference, contenders) = images(&scene, "VGC+DGS", 20, 2);
         let emission = |p: &[f32; 3]| *p == [0.0; 3] || *p == [10.0; 3];
         assert!(reference.pixels.iter().all(emission));
         assert!(contenders.iter().all(|image| *image == reference));
@@ -337,7 +337,7 @@ fn nothing_passes_a_thin_wall() {
     let below = DMat4::from_translation(DVec3::Y * 0.9);
     let level = DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2);
     scene.shapes.push(across(below * level));
-    let (reference, contenders) = images(&scene, ("IM", 20, 3));
+    let (reference, contenders) = images(&scene, "IM", 20, 3);
     assert!(reference.pixels.iter().all(|p| *p == [0.0; 3]));
     assert!(contenders.iter().all(|image| *image == reference));
     // Between a lit and a dark half that the camera looks into.
@@ -348,7 +348,7 @@ fn nothing_passes_a_thin_wall() {
     for (x, dark) in [(0.5, false), (-0.5, true)] {
         scene.views[0].origin.x = x;
         assert_unbiased(&scene, FEW, 9);
-        let (reference, contenders) = images(&scene, ("IM", 20, 3));
+        let (reference, contenders) = images(&scene, "IM", 20, 3);
         let black = |image: &Image| image.pixels.iter().filter(|p| **p == [0.0; 3]).count();
         assert_eq!(black(&reference) == WIDTH * HEIGHT, dark);
         assert!(!dark || contenders.iter().all(|image| *image == reference));
@@ -407,7 +407,7 @@ fn images_do_not_depend_on_threads() {
     let description = room(glossy(0.2), [0.6, 10.0]);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let render = || images(&description, ("VGC+DGS", 20, 2));
+        let render = || images(&description, "VGC+DGS", 20, 2);
         pool.expect("threads").install(render)
     };
     assert_eq!(with(1), with(3));

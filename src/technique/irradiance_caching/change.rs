@@ -31,9 +31,12 @@ impl Change {
     /// What a whole hemisphere says about a site with this unit normal: the directions of the local frame with
     /// the radiance and distance of each, and their blocks (radiance and nearness, `width²` of them).
     pub fn new(
-        (directions, seen): (&[Vec3], &[(Vec3, f32)]),
-        (blocks, width): (&[Vec4], usize),
-        (edges, normal): (&HemisphereEdges, Vec3),
+        directions: &[Vec3],
+        seen: &[(Vec3, f32)],
+        blocks: &[Vec4],
+        width: usize,
+        edges: &HemisphereEdges,
+        normal: Vec3,
     ) -> Self {
         let (mut vector, mut near) = ([Vec3::ZERO; 3], 0.0);
         for (direction, (light, distance)) in directions.iter().zip(seen) {
@@ -60,7 +63,7 @@ impl Change {
 
     /// Irradiance a `step` away at a surface with this normal; never negative. By the step it changes
     /// by at most `clamp` times the record's own, in each channel.
-    pub fn extrapolate(&self, own: Vec3, (step, normal): (Vec3, Vec3), clamp: f32) -> Vec3 {
+    pub fn extrapolate(&self, own: Vec3, step: Vec3, normal: Vec3, clamp: f32) -> Vec3 {
         let turned = self.vector.transpose() * normal;
         let moved = self.gradient.transpose() * step;
         let most = own * clamp;
@@ -97,7 +100,7 @@ mod tests {
         let panoramas = Panoramas::new(side, 10.0);
         let (blocks, width) = (panoramas.pool(&seen), panoramas.width());
         let edges = edges(width);
-        let change = Change::new((&directions, &seen), (&blocks, width), (&edges, Vec3::Z));
+        let change = Change::new(&directions, &seen, &blocks, width, &edges, Vec3::Z);
         (change, own * (TAU / seen.len() as f32))
     }
 
@@ -110,7 +113,7 @@ mod tests {
                 steepest.iter().all(|g| g.abs() < 1e-3),
                 "{side}: {change:?}"
             );
-            let there = change.extrapolate(own, (Vec3::X, Vec3::Z), 0.3);
+            let there = change.extrapolate(own, Vec3::X, Vec3::Z, 0.3);
             assert!(
                 (there - own).abs().max_element() < 1e-3,
                 "{side}: {there} {own}"
@@ -126,13 +129,13 @@ mod tests {
             false => (Vec3::ZERO, f32::INFINITY),
         };
         let (change, own) = seen(32, wall);
-        let towards = change.extrapolate(own, (Vec3::X * 0.05, Vec3::Z), 10.0);
+        let towards = change.extrapolate(own, Vec3::X * 0.05, Vec3::Z, 10.0);
         assert!(towards.x > 1.01 * own.x, "{towards} {own}");
-        let far = change.extrapolate(own, (Vec3::X * 1e6, Vec3::Z), 0.3);
+        let far = change.extrapolate(own, Vec3::X * 1e6, Vec3::Z, 0.3);
         assert!((far - own * 1.3).abs().max_element() < 1e-3, "{far} {own}");
-        let away = change.extrapolate(own, (Vec3::X * -1e6, -Vec3::X), 1.0);
+        let away = change.extrapolate(own, Vec3::X * -1e6, -Vec3::X, 1.0);
         assert_eq!(away, Vec3::ZERO, "never negative");
-        let turned = change.extrapolate(own, (Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8)), 0.3);
+        let turned = change.extrapolate(own, Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8), 0.3);
         assert!(turned.x > own.x, "turned to the light");
     }
 
@@ -140,7 +143,7 @@ mod tests {
     fn coincident_hits_and_the_open_stay_finite() {
         for distance in [0.0, 1e-30, f32::INFINITY] {
             let (change, own) = seen(16, |d| (Vec3::splat(d.x.max(0.0) * 1e6), distance));
-            let value = change.extrapolate(own, (Vec3::splat(1e3), Vec3::Z), 0.3);
+            let value = change.extrapolate(own, Vec3::splat(1e3), Vec3::Z, 0.3);
             assert!(value.is_finite(), "{distance}: {change:?}");
         }
     }

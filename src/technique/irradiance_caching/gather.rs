@@ -34,7 +34,8 @@ impl Gatherer<'_> {
     pub fn gather(
         &self,
         caster: &Caster,
-        (site, item): (&Site, [u32; 2]),
+        site: &Site,
+        item: [u32; 2],
         mut sample: impl FnMut(usize, Vec3, f32),
     ) -> Gathered {
         let local = LocalFrame::from_normal(site.normal);
@@ -43,11 +44,11 @@ impl Gatherer<'_> {
         let item = u64::from(item[0]) << 32 | u64::from(item[1]);
         let mut sum = DVec3::ZERO;
         let mut non_finite = 0;
-        for (i, (ray, direction)) in rays.into_iter().zip(self.directions).enumerate() {
+        for (i, ((ray, hit), direction)) in rays.into_iter().zip(self.directions).enumerate() {
             let mut rng = Rng::new(self.seed, STREAM, item, i as u64);
-            let distance = travelled(&ray);
+            let distance = travelled(&hit);
             let paths = &self.shot.paths;
-            let radiance = paths.follow(caster, ray, &mut rng, self.depths);
+            let radiance = paths.follow(caster, ray, hit, &mut rng, self.depths);
             if radiance.is_finite() {
                 sum += radiance.as_dvec3() * f64::from(direction.z);
                 sample(i, radiance, distance);
@@ -96,6 +97,6 @@ pub fn cast(
 }
 
 /// The distance that a ray travelled, infinite if it met nothing.
-pub fn travelled((_, hit): &(Ray, Option<Hit>)) -> f32 {
+pub fn travelled(hit: &Option<Hit>) -> f32 {
     hit.map_or(f32::INFINITY, |hit| hit.t)
 }

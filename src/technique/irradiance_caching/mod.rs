@@ -186,7 +186,8 @@ impl CachedTechnique for IrradianceCaching {
     fn function<'a>(
         &'a self,
         shot: &'a Shot<'a>,
-        (interpolation, seed): (Interpolation, u64),
+        interpolation: Interpolation,
+        seed: u64,
     ) -> (Box<dyn CachedFunction + 'a>, Lookup) {
         let gatherer = Gatherer {
             shot,

@@ -101,7 +101,7 @@ impl Panoramas {
 
     /// Radiance that a record of this mean radiance knows of in a unit direction, `step` away from it.
     /// Directions below its horizon count as on it.
-    pub fn radiance(&self, record: u32, (step, direction): (Vec3, Vec3), mean: Vec3) -> Vec3 {
+    pub fn radiance(&self, record: u32, step: Vec3, direction: Vec3, mean: Vec3) -> Vec3 {
         let near = self.lookup(record, direction).w;
         let towards = direction + (step * near).clamp_length_max(1.0);
         let there = self.lookup(record, towards.try_normalize().unwrap_or(direction));
@@ -188,7 +188,7 @@ mod tests {
             let known = record(side, |_| (Vec3::new(1.0, 2.0, 3.0), 2.0));
             for direction in [Vec3::Z, Vec3::X, -Vec3::Z, Vec3::new(0.6, 0.0, 0.8)] {
                 for step in [Vec3::ZERO, Vec3::X, Vec3::splat(1e9)] {
-                    let radiance = known.radiance(0, (step, direction), Vec3::new(1.0, 2.0, 3.0));
+                    let radiance = known.radiance(0, step, direction, Vec3::new(1.0, 2.0, 3.0));
                     let error = (radiance - Vec3::new(1.0, 2.0, 3.0)).abs().max_element();
                     assert!(error < 1e-5, "{side} {direction} {step}: {radiance}");
                 }
@@ -203,12 +203,12 @@ mod tests {
         let step = Vec3::new(0.5, -0.25, 0.0);
         let met = step + direction * (height / direction.z);
         let expected = Vec3::new(met.x + 5.0, met.y + 5.0, 5.0);
-        let found = known.radiance(0, (step, direction), Vec3::ZERO);
+        let found = known.radiance(0, step, direction, Vec3::ZERO);
         assert!(
             (found - expected).abs().max_element() < 0.06,
             "{found} {expected}"
         );
-        let unmoved = known.radiance(0, (Vec3::ZERO, direction), Vec3::ZERO);
+        let unmoved = known.radiance(0, Vec3::ZERO, direction, Vec3::ZERO);
         assert!(
             (unmoved - expected).abs().max_element() > 0.2,
             "{unmoved} {expected}"
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn far_from_a_record_its_mean_takes_over() {
         let known = record(32, |_| (Vec3::splat(4.0), 0.5));
-        let at = |step: f32| known.radiance(0, (Vec3::X * step, Vec3::Z), Vec3::ONE).x;
+        let at = |step: f32| known.radiance(0, Vec3::X * step, Vec3::Z, Vec3::ONE).x;
         assert!(at(0.1) > 3.99, "{}", at(0.1));
         assert!((at(0.5) - 2.5).abs() < 1e-3, "{}", at(0.5));
         assert!(at(5.0) < 1.01, "{}", at(5.0));
@@ -251,7 +251,7 @@ mod tests {
         for distance in [0.0, 1e-30, f32::INFINITY] {
             let known = record(16, |d| (Vec3::splat(d.x.max(0.0) * 1e6), distance));
             for step in [Vec3::ZERO, Vec3::splat(1e3), Vec3::new(0.0, 0.0, -1e20)] {
-                let radiance = known.radiance(0, (step, Vec3::Z), Vec3::ONE);
+                let radiance = known.radiance(0, step, Vec3::Z, Vec3::ONE);
                 assert!(radiance.is_finite(), "{distance} {step}: {radiance}");
             }
         }

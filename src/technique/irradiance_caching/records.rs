@@ -67,11 +67,12 @@ impl<'a> IrradianceRecords<'a> {
     fn interpolate(
         &self,
         site: &Site,
-        (found, weights): (&[Neighbour], &[f32]),
+        neighbours: &[Neighbour],
+        weights: &[f32],
         value: impl Fn(u32) -> Vec3,
     ) -> Option<Vec3> {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
-        for (neighbour, weight) in found.iter().zip(weights) {
+        for (neighbour, weight) in neighbours.iter().zip(weights) {
             let record = neighbour.record;
             if self.normals[record as usize].dot(site.normal) > 0.0 {
                 sum += value(record) * *weight;
@@ -85,9 +86,9 @@ impl<'a> IrradianceRecords<'a> {
     fn value(&self, record: u32, of: &Site) -> Vec3 {
         let value = self.irradiance[record as usize];
         let extrapolated = self.directional.as_ref().and_then(|known| {
-            let (step, change) = known.changes.around(record, (of.position, of.normal))?;
+            let (step, change) = known.changes.around(record, of.position, of.normal)?;
             let most = known.changes.rule.clamp.unwrap_or(LARGEST_CHANGE);
-            Some(change.extrapolate(value, (step, of.normal), most))
+            Some(change.extrapolate(value, step, of.normal, most))
         });
         extrapolated.unwrap_or(value)
     }
@@ -98,15 +99,17 @@ impl<'a> IrradianceRecords<'a> {
         &self,
         known: &Directional,
         seen: &Seen,
-        (irradiance, found): (Vec3, (&[Neighbour], &[f32])),
+        irradiance: Vec3,
+        neighbours: &[Neighbour],
+        weights: &[f32],
     ) -> Vec3 {
         let at = self.gatherer.shot.surface(seen);
         let mut light = at.base_albedo() * irradiance * FRAC_1_PI;
         for (direction, weight) in at.reflections() {
-            let radiance = self.interpolate(&seen.site, found, |record| {
+            let radiance = self.interpolate(&seen.site, neighbours, weights, |record| {
                 let step = seen.site.position - known.changes.position(record);
                 let mean = self.irradiance[record as usize] * FRAC_1_PI;
-                known.panoramas.radiance(record, (step, direction), mean)
+                known.panoramas.radiance(record, step, direction, mean)
             });
             light += weight * radiance.unwrap_or_default();
         }
@@ -130,7 +133,7 @@ impl CachedFunction for IrradianceRecords<'_> {
                 let caster = gatherer.shot.tracer.caster(counter);
                 let mut seen = Vec::new();
                 let item = [record.pixel, u32::MAX];
-                let gathered = gatherer.gather(&caster, (&record.site, item), |i, light, t| {
+                let gathered = gatherer.gather(&caster, &record.site, item, |i, light, t| {
                     let value = luminance(light.into()).min(f16::MAX.to_f32());
                     luminances[i] = f16::from_f32(value);
                     if directional.is_some() {
@@ -141,9 +144,12 @@ impl CachedFunction for IrradianceRecords<'_> {
                     let (panoramas, edges) = (&known.panoramas, &known.changes.edges);
                     let blocks = panoramas.pool(&seen);
                     let change = Change::new(
-                        (gatherer.directions, &seen),
-                        (&blocks, panoramas.width()),
-                        (edges, record.site.normal),
+                        gatherer.directions,
+                        &seen,
+                        &blocks,
+                        panoramas.width(),
+                        edges,
+                        record.site.normal,
                     );
                     (change, blocks)
                 });
@@ -157,7 +163,7 @@ impl CachedFunction for IrradianceRecords<'_> {
         if let Some(known) = &mut self.directional {
             for (Seen { site, .. }, (_, made)) in sites.iter().zip(made) {
                 let (change, blocks) = made.expect("made of every record");
-                known.changes.add((site.position, site.normal), change);
+                known.changes.add(site.position, site.normal, change);
                 known.panoramas.add(site.normal, &blocks);
             }
         }
@@ -196,11 +202,17 @@ impl CachedFunction for IrradianceRecords<'_> {
         *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
     }
 
-    fn shade(&self, _: &Caster, seen: &Seen, found: (&[Neighbour], &[f32])) -> Option<[f32; 3]> {
+    fn shade(
+        &self,
+        _: &Caster,
+        seen: &Seen,
+        neighbours: &[Neighbour],
+        weights: &[f32],
+    ) -> Option<[f32; 3]> {
         let value = |record| self.value(record, &seen.site);
-        let irradiance = self.interpolate(&seen.site, found, value)?;
+        let irradiance = self.interpolate(&seen.site, neighbours, weights, value)?;
         let light = match &self.directional {
-            Some(known) => self.directional(known, seen, (irradiance, found)),
+            Some(known) => self.directional(known, seen, irradiance, neighbours, weights),
             None => reflected(self.gatherer.shot, seen, irradiance),
         };
         Some(light.into())
@@ -209,8 +221,8 @@ impl CachedFunction for IrradianceRecords<'_> {
     /// A record of the sample's own.
     fn shade_missed(&self, caster: &Caster, seen: &Seen) -> [f32; 3] {
         self.misses.fetch_add(1, Ordering::Relaxed);
-        let of = (&seen.site, [seen.pixel, seen.sample]);
-        let gathered = self.gatherer.gather(caster, of, |_, _, _| ());
+        let item = [seen.pixel, seen.sample];
+        let gathered = self.gatherer.gather(caster, &seen.site, item, |_, _, _| ());
         let non_finite = gathered.non_finite;
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
         reflected(self.gatherer.shot, seen, gathered.irradiance).into()

@@ -106,13 +106,15 @@ impl FillingPath {
     /// Follows a path from its first leg and appends its samples.
     fn trace(
         &mut self,
-        (paths, caster): (&PathTracer, &Caster),
-        start: (Leg, Option<Hit>),
+        paths: &PathTracer,
+        caster: &Caster,
+        (leg, hit): (Leg, Option<Hit>),
         rule: &SubPaths,
-        (rng, samples): (&mut Rng, &mut Vec<Sample>),
+        rng: &mut Rng,
+        samples: &mut Vec<Sample>,
     ) {
         self.passed.clear();
-        let mut met = paths.meet_from(caster, start, rng);
+        let mut met = paths.meet_from(caster, leg, hit, rng);
         loop {
             let vertex = match met {
                 Met::Sky(radiance) => {
@@ -187,7 +189,7 @@ pub fn samples(shot: &Shot, pass: &Pass, rule: &SubPaths, counter: &RayCounter) 
                         size,
                         corner: [left, band * TILE],
                     };
-                    tile.fill(shot, (pass, rule), caster, (path, &mut samples));
+                    tile.fill(shot, pass, rule, caster, path, &mut samples);
                 }
                 samples
             },
@@ -206,9 +208,11 @@ impl Tile {
     fn fill(
         &self,
         shot: &Shot,
-        (pass, rule): (&Pass, &SubPaths),
+        pass: &Pass,
+        rule: &SubPaths,
         caster: &Caster,
-        (path, samples): (&mut FillingPath, &mut Vec<Sample>),
+        path: &mut FillingPath,
+        samples: &mut Vec<Sample>,
     ) {
         let end = [0, 1].map(|axis| (self.corner[axis] + TILE).min(self.size[axis]));
         let mut randoms = Vec::with_capacity(TILE * TILE);
@@ -226,7 +230,7 @@ impl Tile {
         caster.closest_bundle(origin, &directions, f32::INFINITY, &mut hits);
         for ((direction, hit), rng) in directions.iter().zip(hits).zip(&mut randoms) {
             let leg = Leg::from_camera(Ray::new(origin, *direction));
-            path.trace((&shot.paths, caster), (leg, hit), rule, (rng, samples));
+            path.trace(&shot.paths, caster, (leg, hit), rule, rng, samples);
         }
     }
 }

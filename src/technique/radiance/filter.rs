@@ -165,7 +165,7 @@ impl Smoothed {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 fn accumulate(run: &Run, scales: &Scales, [centre, other]: [&[f32]; 2], sums: &mut [f32]) {
     for first in (0..run.count).step_by(LANES) {
-        add_lanes(run, scales, [centre, other], (first, sums));
+        add_lanes(run, scales, [centre, other], first, sums);
     }
 }
 
@@ -174,7 +174,8 @@ fn add_lanes(
     run: &Run,
     scales: &Scales,
     [centre, other]: [&[f32]; 2],
-    (first, sums): (usize, &mut [f32]),
+    first: usize,
+    sums: &mut [f32],
 ) {
     let count = LANES.min(run.count - first);
     let own = |plane: Plane| {

@@ -249,7 +249,7 @@ impl HashCache {
             let rows = rendered.stages.time("reconstruction", || {
                 layers.fill(|layers, y| {
                     let caster = shot.tracer.caster(&counter);
-                    let read = row(shot, (cells, &reading), &caster, (layers, y));
+                    let read = row(shot, cells, &reading, &caster, layers, y);
                     (read.depth, read)
                 })
             });

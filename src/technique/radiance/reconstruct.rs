@@ -74,9 +74,11 @@ const TRIES: usize = 3;
 /// Follows the camera samples of one row of pixels and puts their vertices into layers.
 pub fn row(
     shot: &Shot,
-    (cells, reading): (&HashCells, &Reading),
+    cells: &HashCells,
+    reading: &Reading,
     caster: &Caster,
-    (mut layers, y): (LayerRow, usize),
+    mut layers: LayerRow,
+    y: usize,
 ) -> Read {
     let mut reader = Reader {
         shot,
@@ -106,8 +108,8 @@ pub fn row(
     caster.closest_bundle(origin, &directions, f32::INFINITY, &mut hits);
     for (x, rng) in randoms.iter_mut().enumerate() {
         let leg = Leg::from_camera(Ray::new(origin, directions[x]));
-        let met = shot.paths.meet_from(caster, (leg, hits[x]), rng);
-        reader.follow(caster, met, (&mut layers, x), rng);
+        let met = shot.paths.meet_from(caster, leg, hits[x], rng);
+        reader.follow(caster, met, &mut layers, x, rng);
     }
     reader.read
 }
@@ -125,7 +127,8 @@ impl<'a> Reader<'a> {
         &mut self,
         caster: &Caster,
         mut met: Met<'a>,
-        (layers, x): (&mut LayerRow, usize),
+        layers: &mut LayerRow,
+        x: usize,
         rng: &mut Rng,
     ) {
         let most = self.reading.sub_paths.most();

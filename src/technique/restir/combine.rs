@@ -28,9 +28,11 @@ impl Combining<'_> {
     /// unbiased.
     pub fn combined(
         &self,
-        (receiver, own): (&Receiver, Reservoir),
+        receiver: &Receiver,
+        own: Reservoir,
         others: &[Offer],
-        (caster, rng): (&Caster, &mut Rng),
+        caster: &Caster,
+        rng: &mut Rng,
     ) -> (Reservoir, u64) {
         let mut selecting = Selecting::default();
         let reservoirs = || std::iter::once(own).chain(others.iter().map(|o| o.reservoir));
@@ -58,14 +60,14 @@ impl Combining<'_> {
                     receiver,
                     count: own.count,
                 };
-                self.share(&selected, &own, (others, caster))
+                self.share(&selected, &own, others, caster)
             }
         };
         (selecting.reservoir(count, share), selecting.non_finite)
     }
 
     /// What the sum of weights is to be multiplied by.
-    fn share(&self, selected: &Selected, own: &Own, (others, caster): (&[Offer], &Caster)) -> f64 {
+    fn share(&self, selected: &Selected, own: &Own, others: &[Offer], caster: &Caster) -> f64 {
         let shadows = self.settings.sees_shadows();
         let foreign = selected.source > 0;
         if shadows && foreign && own.receiver.shadowed_target(caster, &selected.place) == 0.0 {

@@ -45,7 +45,7 @@ impl History {
         let pixel = y as usize * self.size[0] + x as usize;
         let depth = position.distance(self.view.origin) as f32;
         match &self.surfaces[pixel] {
-            Some(surface) if surface.resembles((normal, depth), tolerances) => Then::Pixel(pixel),
+            Some(surface) if surface.resembles(normal, depth, tolerances) => Then::Pixel(pixel),
             _ => Then::Other,
         }
     }

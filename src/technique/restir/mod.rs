@@ -102,7 +102,8 @@ impl Restir {
     pub fn new(
         table: &toml::Table,
         preset: &Preset,
-        (sources, seed): (Sources, u64),
+        sources: Sources,
+        seed: u64,
     ) -> Result<Self, ParameterError> {
         Ok(Self {
             settings: Settings::new(&Parameters::read(table)?, preset)?,
@@ -157,7 +158,7 @@ impl Restir {
         for pass in 0..passes {
             let number = shot.frame.wrapping_mul(passes).wrapping_add(pass);
             let sights = scene.look(shot, [pass, number], &mut rendered);
-            let light = self.pass(shot, (&sights, [pass, number]), (&mut rendered, &mut tally));
+            let light = self.pass(shot, &sights, [pass, number], &mut rendered, &mut tally);
             for ((sum, sight), light) in sums.iter_mut().zip(&sights).zip(light) {
                 let value = sight.seen + sight.factor * light;
                 if value.is_finite() {
@@ -192,8 +193,10 @@ impl Restir {
     fn pass(
         &mut self,
         shot: &Shot,
-        (sights, [pass, number]): (&[Sight], [u32; 2]),
-        (rendered, tally): (&mut Rendered, &mut Tally),
+        sights: &[Sight],
+        [pass, number]: [u32; 2],
+        rendered: &mut Rendered,
+        tally: &mut Tally,
     ) -> Vec<Vec3> {
         let viewer = usize::from(shot.viewer);
         if self.histories.len() <= viewer {

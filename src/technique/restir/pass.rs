@@ -82,19 +82,17 @@ impl<'a> Pass<'a> {
         let counter = RayCounter::default();
         let stages = &mut rendered.stages;
         let mut all = stages.time("candidates", || {
-            self.each(
-                &counter,
-                (CANDIDATES, &mut *tally),
-                &|pixel, layer, tools| self.candidates(pixel, layer, tools),
-            )
+            self.each(&counter, CANDIDATES, &mut *tally, &|pixel, layer, tools| {
+                self.candidates(pixel, layer, tools)
+            })
         });
         let mut is_found = Vec::new();
         if let Some(before) = self.before.filter(|_| self.settings.history > 0) {
             let found = stages.time("reprojection", || self.found(before, &mut *tally));
             all = stages.time("temporal_reuse", || {
-                self.each(&counter, (HISTORY, &mut *tally), &|pixel, layer, tools| {
+                self.each(&counter, HISTORY, &mut *tally, &|pixel, layer, tools| {
                     let then = (before, found[pixel.number]);
-                    self.with_history(pixel, (&all, layer), then, tools)
+                    self.with_history(pixel, &all, layer, then, tools)
                 })
             });
             is_found = found.iter().map(Option::is_some).collect();
@@ -102,9 +100,9 @@ impl<'a> Pass<'a> {
         for round in 0..u64::from(self.settings.rounds) {
             all = stages.time("spatial_reuse", || {
                 let stream = NEIGHBOURS + round;
-                self.each(&counter, (stream, &mut *tally), &|pixel, layer, tools| {
+                self.each(&counter, stream, &mut *tally, &|pixel, layer, tools| {
                     let is_found = is_found.get(pixel.number).copied().unwrap_or(false);
-                    self.with_neighbours(pixel, (&all, layer), is_found, tools)
+                    self.with_neighbours(pixel, &all, layer, is_found, tools)
                 })
             });
         }
@@ -117,7 +115,8 @@ impl<'a> Pass<'a> {
     fn each(
         &self,
         counter: &RayCounter,
-        (stream, tally): (u64, &mut Tally),
+        stream: u64,
+        tally: &mut Tally,
         make: &(impl Fn(&Pixel, usize, Tools) -> Reservoir + Sync),
     ) -> Vec<Reservoir> {
         let layers = self.settings.reservoirs;
@@ -247,7 +246,8 @@ impl<'a> Pass<'a> {
     fn with_history(
         &self,
         pixel: &Pixel,
-        (all, layer): (&[Reservoir], usize),
+        all: &[Reservoir],
+        layer: usize,
         (before, found): (&History, Option<usize>),
         mut tools: Tools,
     ) -> Reservoir {
@@ -261,7 +261,7 @@ impl<'a> Pass<'a> {
             Some(Offer { reservoir, surface })
         });
         match then {
-            Some(then) => self.combined(pixel, (own, &[then]), &mut tools),
+            Some(then) => self.combined(pixel, own, &[then], &mut tools),
             None => own,
         }
     }
@@ -269,7 +269,8 @@ impl<'a> Pass<'a> {
     fn with_neighbours(
         &self,
         pixel: &Pixel,
-        (all, layer): (&[Reservoir], usize),
+        all: &[Reservoir],
+        layer: usize,
         is_found: bool,
         mut tools: Tools,
     ) -> Reservoir {
@@ -284,7 +285,7 @@ impl<'a> Pass<'a> {
         for number in (0..count).filter_map(|i| self.neighbour(pixel.number, shifts, i)) {
             tools.tally.lookups += 1;
             let own = pixel.surface;
-            let alike = |s: &Surface| s.resembles((own.normal, own.depth), self.tolerances());
+            let alike = |s: &Surface| s.resembles(own.normal, own.depth, self.tolerances());
             match self.surfaces[number].filter(alike) {
                 Some(surface) => offers.push(Offer {
                     reservoir: all[number * layers + layer],
@@ -296,19 +297,20 @@ impl<'a> Pass<'a> {
         let own = all[pixel.number * layers + layer];
         match offers.is_empty() {
             true => own,
-            false => self.combined(pixel, (own, &offers), &mut tools),
+            false => self.combined(pixel, own, &offers, &mut tools),
         }
     }
 
     fn combined(
         &self,
         pixel: &Pixel,
-        (own, others): (Reservoir, &[Offer]),
+        own: Reservoir,
+        others: &[Offer],
         tools: &mut Tools,
     ) -> Reservoir {
-        let own = (&pixel.receiver, own);
-        let with = (tools.caster, &mut tools.rng);
-        let (reservoir, non_finite) = self.combining().combined(own, others, with);
+        let combining = self.combining();
+        let (reservoir, non_finite) =
+            combining.combined(&pixel.receiver, own, others, tools.caster, &mut tools.rng);
         tools.tally.non_finite += non_finite;
         reservoir
     }

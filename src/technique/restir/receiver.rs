@@ -40,7 +40,7 @@ impl Surface {
 
     /// Whether samples may pass between this surface and another; `depth` is the other's distance from the camera that
     /// saw this one.
-    pub fn resembles(&self, (normal, depth): (Vec3, f32), [cosine, tolerance]: [f32; 2]) -> bool {
+    pub fn resembles(&self, normal: Vec3, depth: f32, [cosine, tolerance]: [f32; 2]) -> bool {
         let near = (self.depth - depth).abs() <= tolerance * depth.abs();
         near && self.normal.dot(normal) >= cosine
     }

@@ -17,7 +17,8 @@ fn flags(soup: &Soup, choice: fn(usize) -> bool) -> Vec<bool> {
 fn in_two(kernel: Kernel, soup: &Soup, choice: fn(usize) -> bool) -> Tracer {
     Tracer::with_moving_for(
         kernel,
-        (&soup.positions, &soup.triangles),
+        &soup.positions,
+        &soup.triangles,
         &flags(soup, choice),
     )
 }
@@ -122,7 +123,7 @@ fn ties_between_the_trees_go_to_the_smallest_index() {
     for kernel in [Kernel::wide(), Kernel::watertight()].into_iter().flatten() {
         for choice in 0..16u32 {
             let moving = [0, 1, 2, 3].map(|i| choice >> i & 1 == 1);
-            let tracer = Tracer::with_moving_for(kernel, (&positions, &triangles), &moving);
+            let tracer = Tracer::with_moving_for(kernel, &positions, &triangles, &moving);
             let counter = RayCounter::default();
             let caster = tracer.caster(&counter);
             for t_max in [2.0, f32::INFINITY] {

@@ -71,28 +71,31 @@ type Sums = [[Vec3; 2]; 4];
 #[multiversion(targets("x86_64+avx2"))]
 fn evaluate(
     contributions: &mut Contributions,
-    sources: (&LightArrays, &Irradiance),
+    lights: &LightArrays,
+    irradiance: &Irradiance,
     terms: &Terms,
     detail: Detail,
 ) {
-    contributions.evaluate_inlined(sources, terms, detail);
+    contributions.evaluate_inlined(lights, irradiance, terms, detail);
 }
 
 impl Contributions {
     /// Evaluates the lights.
     pub fn evaluate(
         &mut self,
-        sources: (&LightArrays, &Irradiance),
+        lights: &LightArrays,
+        irradiance: &Irradiance,
         terms: &Terms,
         detail: Detail,
     ) {
-        evaluate(self, sources, terms, detail);
+        evaluate(self, lights, irradiance, terms, detail);
     }
 
     #[inline(always)]
     fn evaluate_inlined(
         &mut self,
-        (lights, irradiance): (&LightArrays, &Irradiance),
+        lights: &LightArrays,
+        irradiance: &Irradiance,
         terms: &Terms,
         detail: Detail,
     ) {
@@ -165,7 +168,7 @@ impl Contributions {
             let (chunk, lane) = (at / LANES, at % LANES);
             let whole = (&lights.levels[TOP][chunk], &self.top[chunk]);
             if self.reaches(limits, (whole, lane), self.weights[at]) {
-                self.weights[at] = self.open_chunk((lights, terms), at, limits);
+                self.weights[at] = self.open_chunk(lights, terms, at, limits);
             }
         }
     }
@@ -175,7 +178,8 @@ impl Contributions {
     #[inline(always)]
     fn open_chunk(
         &mut self,
-        (lights, terms): (&LightArrays, &Terms),
+        lights: &LightArrays,
+        terms: &Terms,
         at: usize,
         limits: Limits,
     ) -> f32 {
@@ -188,15 +192,15 @@ impl Contributions {
                 let lights = &lights.levels[0][part];
                 let numbers = terms.numbers(lights);
                 let own = self.weights_of(lights, &numbers);
-                *weight = self.keep((0, part), numbers, own);
+                *weight = self.keep(0, part, numbers, own);
             }
         }
-        self.keep((1, at), numbers, weights)
+        self.keep(1, at, numbers, weights)
     }
 
     /// Takes a chunk of a lower level among those that are looked at themselves. The sum of its weights.
     #[inline(always)]
-    fn keep(&mut self, (level, chunk): (usize, usize), numbers: Numbers, weights: Lane) -> f32 {
+    fn keep(&mut self, level: usize, chunk: usize, numbers: Numbers, weights: Lane) -> f32 {
         self.own[level][chunk] = self.opened[level].len() as u32;
         self.opened[level].push(Opened {
             chunk,
@@ -364,15 +368,15 @@ fn add(
     kept: &Lane,
 ) {
     for (sum, numbers) in sums.iter_mut().zip(&numbers.terms[..count]) {
-        weigh(&mut sum[group], (chunk, numbers), kept);
+        weigh(&mut sum[group], chunk, numbers, kept);
     }
     if coated {
-        weigh(&mut sums[3][group], (chunk, &numbers.cosines), kept);
+        weigh(&mut sums[3][group], chunk, &numbers.cosines, kept);
     }
 }
 
 #[inline(always)]
-fn weigh(total: &mut Vec3, (chunk, numbers): (&Chunk, &Lane), kept: &Lane) {
+fn weigh(total: &mut Vec3, chunk: &Chunk, numbers: &Lane, kept: &Lane) {
     let mut all = [0.0; 3];
     for (all, power) in all.iter_mut().zip(&chunk.power) {
         let mut products = [0.0; LANES];

@@ -112,7 +112,7 @@ impl<'a> Filter<'a> {
             for group in 0..2 {
                 if luminances[group] > 0.0 {
                     let rays = self.rays as f32 * luminances[group] / all;
-                    let ratio = self.ratio((&sums[group], group), ([x, y], i), rays);
+                    let ratio = self.ratio(&sums[group], group, [x, y], i, rays);
                     lit += pixel.unshadowed[group] * ratio;
                 }
             }
@@ -141,7 +141,7 @@ impl<'a> Filter<'a> {
                     let gaussian = vertical[group] * self.gaussians[group][dx.unsigned_abs()];
                     if gaussian > 0.0 {
                         let weights = alike.map(|w| w * gaussian);
-                        sums[group].add(&weights, film, (row, GROUPS[group], from));
+                        sums[group].add(&weights, film, row, GROUPS[group], from);
                     }
                 }
             }
@@ -150,12 +150,7 @@ impl<'a> Filter<'a> {
     }
 
     /// The ratio of a pixel: the filtered one, or part of its own where the window holds an edge.
-    fn ratio(
-        &self,
-        (sums, group): (&Sums, usize),
-        ([x, y], i): ([usize; 2], usize),
-        rays: f32,
-    ) -> Vec3 {
+    fn ratio(&self, sums: &Sums, group: usize, [x, y]: [usize; 2], i: usize, rays: f32) -> Vec3 {
         let plane = |k: usize| self.film.plane(y, GROUPS[group] + k)[self.film.margin + x + i];
         let all = [0, 1, 2].map(|c| sums.unshadowed[c][i]);
         let [weight, first, second] = [0, 1, 2].map(|k| sums.moments[k][i]);
@@ -186,7 +181,7 @@ impl<'a> Filter<'a> {
 
 impl Sums {
     #[inline(always)]
-    fn add(&mut self, weights: &Lane, film: &Film, (row, first, from): (usize, usize, usize)) {
+    fn add(&mut self, weights: &Lane, film: &Film, row: usize, first: usize, from: usize) {
         let add = |sum: &mut Lane, values: &Lane| {
             for i in 0..BLOCK {
                 sum[i] += weights[i] * values[i];

@@ -74,7 +74,7 @@ impl Gather<'_> {
                     }
                     Ok((surface, seen)) => {
                         let (gathered, site) =
-                            self.shade(caster, (&surface, &seen), at, &mut scratch);
+                            self.shade(caster, &surface, &seen, at, &mut scratch);
                         band.set([x, row], gathered, site.as_ref());
                     }
                 }
@@ -85,16 +85,22 @@ impl Gather<'_> {
     fn shade(
         &self,
         caster: &Caster,
-        (surface, seen): (&Interaction, &Seen),
+        surface: &Interaction,
+        seen: &Seen,
         pixel: [usize; 2],
         scratch: &mut Scratch,
     ) -> (Gathered, Option<Site>) {
         let terms = Terms::new(surface);
         let contributions = &mut scratch.contributions;
-        contributions.evaluate((self.arrays, self.irradiance), &terms, self.detail);
+        contributions.evaluate(self.arrays, self.irradiance, &terms, self.detail);
         let u = self.numbers.choice(pixel);
-        let list = (&*contributions, self.arrays);
-        systematic(list, self.rays, u, &mut scratch.chosen);
+        systematic(
+            contributions,
+            self.arrays,
+            self.rays,
+            u,
+            &mut scratch.chosen,
+        );
         if self.unbiased {
             let light = self.estimate(caster, surface, pixel, scratch);
             let gathered = Gathered {
@@ -193,8 +199,8 @@ impl Gather<'_> {
         let mut sum = Vec3::ZERO;
         for (ray, choice) in scratch.chosen.iter().enumerate() {
             let point = self.numbers.point(pixel, ray);
-            let at = (choice.within, point);
-            let Some(sample) = self.lights.sample(map, choice.light, at) else {
+            let sample = self.lights.sample(map, choice.light, choice.within, point);
+            let Some(sample) = sample else {
                 continue;
             };
             let density = sample.pdf_sr * choice.weight;

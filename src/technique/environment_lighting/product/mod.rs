@@ -28,10 +28,12 @@ use irradiance::Irradiance;
 use lights::LightArrays;
 use numbers::PixelNumbers;
 
-/// Renders a terms.
+/// Renders an image.
 pub(super) fn render(
     illumination: &Illumination,
-    (parameters, unbiased, terms): (&ProductRatio, bool, &Terms),
+    parameters: &ProductRatio,
+    unbiased: bool,
+    terms: &Terms,
     counter: &RayCounter,
 ) -> Rendered {
     let shot = illumination.shot;
@@ -58,7 +60,7 @@ pub(super) fn render(
                 true => Detail::All,
                 false => Detail::Highlights(parameters.detail),
             },
-            numbers: PixelNumbers::new((terms.seed, parameters.jitter), sample),
+            numbers: PixelNumbers::new(terms.seed, parameters.jitter, sample),
             rays: terms.budget,
             sample,
             bundle: parameters.bundle,

@@ -18,7 +18,7 @@ const LATTICE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_2];
 
 impl PixelNumbers {
     /// Shifted at random by seed and sample; `jitter` is the random part of a pixel's number.
-    pub fn new((seed, jitter): (u64, f32), sample: u32) -> Self {
+    pub fn new(seed: u64, jitter: f32, sample: u32) -> Self {
         let mut rng = Rng::new(seed, STREAM, u64::from(sample), 0);
         Self {
             shift: rng.next_f64(),

@@ -16,7 +16,8 @@ pub(super) struct Chosen {
 /// Chooses `count` lights at (u + i) / count of the total weight, in the order of the list; none when
 /// the total is 0.
 pub(super) fn systematic(
-    (contributions, lights): (&Contributions, &LightArrays),
+    contributions: &Contributions,
+    lights: &LightArrays,
     count: usize,
     u: f32,
     chosen: &mut Vec<Chosen>,

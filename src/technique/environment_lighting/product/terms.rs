@@ -130,7 +130,7 @@ impl Terms {
                 gloss.metal(chunk, (&cos, &reaching), self.view)
             }
             gloss => {
-                let mut numbers = self.diffuse(chunk, (&cos, &reaching));
+                let mut numbers = self.diffuse(chunk, &cos, &reaching);
                 if let Some(gloss) = gloss {
                     numbers.terms[1] = gloss.coat(chunk, (&cos, &reaching), self.view);
                 }
@@ -140,7 +140,7 @@ impl Terms {
     }
 
     #[inline(always)]
-    fn diffuse(&self, chunk: &Chunk, (cos, reaching): (&Lane, &Lane)) -> Numbers {
+    fn diffuse(&self, chunk: &Chunk, cos: &Lane, reaching: &Lane) -> Numbers {
         let mut cosines = chunk.spread.positive(cos);
         let mut wide = *reaching;
         for i in 0..LANES {

@@ -55,7 +55,7 @@ fn weights_of_parts_add_up_and_chosen_lights_follow_the_list() {
     ] {
         let mut own = Contributions::default();
         at_points("loft", count, |lights, irradiance, terms| {
-            own.evaluate((lights, irradiance), terms, detail);
+            own.evaluate(lights, irradiance, terms, detail);
             let of_chunks = |level: usize| -> f32 {
                 let chunks = 0..lights.levels[level].len();
                 let lanes = chunks.flat_map(|chunk| own.weights(lights, level, chunk));
@@ -65,7 +65,7 @@ fn weights_of_parts_add_up_and_chosen_lights_follow_the_list() {
             assert!(close(of_chunks(0), own.total(), 1e-4));
             assert!(close(of_chunks(1), own.total(), 1e-4));
             for rays in [1, 7, 64] {
-                systematic((&own, lights), rays, 0.3, &mut chosen);
+                systematic(&own, lights, rays, 0.3, &mut chosen);
                 assert_eq!(chosen.len(), rays);
                 assert!(chosen.is_sorted_by_key(|c| c.light));
                 for choice in &chosen {
@@ -83,8 +83,8 @@ fn what_is_not_opened_changes_the_unshadowed_light_little() {
     let (mut all, mut some) = (Contributions::default(), Contributions::default());
     let (mut sum, mut error) = (0.0, 0.0);
     at_points("loft", 2048, |lights, irradiance, terms| {
-        all.evaluate((lights, irradiance), terms, Detail::All);
-        some.evaluate((lights, irradiance), terms, Detail::Highlights(3e-4));
+        all.evaluate(lights, irradiance, terms, Detail::All);
+        some.evaluate(lights, irradiance, terms, Detail::Highlights(3e-4));
         let unshadowed = |of: &Contributions| of.unshadowed[0] + of.unshadowed[1];
         let (exact, near) = (unshadowed(&all), unshadowed(&some));
         let (a, b) = (luminance(exact.into()), luminance(near.into()));
@@ -100,9 +100,9 @@ fn a_black_map_has_no_lights_to_choose() {
     let mut own = Contributions::default();
     let mut chosen = Vec::new();
     at_points("black", 64, |lights, irradiance, terms| {
-        own.evaluate((lights, irradiance), terms, Detail::All);
+        own.evaluate(lights, irradiance, terms, Detail::All);
         assert_eq!((own.total(), own.unshadowed), (0.0, [Vec3::ZERO; 2]));
-        systematic((&own, lights), 4, 0.5, &mut chosen);
+        systematic(&own, lights, 4, 0.5, &mut chosen);
         assert!(chosen.is_empty());
     });
 }

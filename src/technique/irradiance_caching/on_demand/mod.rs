@@ -306,7 +306,7 @@ impl Overture<'_> {
             let found = nearest.map(&[site.position], &[site.normal], |_, n| n.to_vec());
             let found = found.into_iter().next().unwrap_or_default();
             let mut weights = vec![0.0; found.len()];
-            inverse_distance_weights(&found, (shot.scene.diagonal, 1), &mut weights);
+            inverse_distance_weights(&found, shot.scene.diagonal, 1, &mut weights);
             let value =
                 |(n, w): (&Neighbour, &f32)| store.placed[n.record as usize].record.irradiance * *w;
             found.iter().zip(&weights).map(value).sum()

@@ -95,11 +95,11 @@ impl Evaluator<'_> {
                 (start..strata.min(start + RAYS_A_TASK)).map(aim).collect();
             let directions: Vec<Vec3> = aimed.iter().map(|(_, _, direction)| *direction).collect();
             let rays = cast(self.shot, &caster, site, &directions);
-            let follow = |((mut rng, cos, _), ray)| {
-                let distance = travelled(&ray);
+            let follow = |((mut rng, cos, _), (ray, hit))| {
+                let distance = travelled(&hit);
                 let paths = &self.shot.paths;
                 (
-                    paths.follow(&caster, ray, &mut rng, self.depths),
+                    paths.follow(&caster, ray, hit, &mut rng, self.depths),
                     distance,
                     cos,
                 )

@@ -274,7 +274,7 @@ impl Sharc {
         let mut tally = Tally::default();
         for pass in 0..self.terms.budget as u64 {
             let row = |y: usize, put: &mut dyn FnMut(usize, LayerVertex)| {
-                self.row(shot, (y, pass), &counter, put)
+                self.row(shot, y, pass, &counter, put)
             };
             let counted: Vec<Tally> = rendered.stages.time("rendering", || match &mut layers {
                 Some(layers) => layers.fill(|mut layers, y| {
@@ -304,7 +304,8 @@ impl Sharc {
     fn row(
         &self,
         shot: &Shot,
-        (y, pass): (usize, u64),
+        y: usize,
+        pass: u64,
         counter: &RayCounter,
         put: &mut dyn FnMut(usize, LayerVertex),
     ) -> Tally {

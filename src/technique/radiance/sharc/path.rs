@@ -232,7 +232,7 @@ impl<'a> Walk<'a> {
             }
             if let Some((place, albedo)) = place {
                 step.albedo = albedo;
-                if self.may_end(depth, &vertex, (place, spread), purpose) {
+                if self.may_end(depth, &vertex, place, spread, purpose) {
                     step.cached = self.look(place);
                 }
                 if purpose != Purpose::Show && step.cached.is_none() && stored < self.rule.stored {
@@ -240,7 +240,7 @@ impl<'a> Walk<'a> {
                     stored += 1;
                 }
             }
-            let next = self.scatter(caster, (at, depth), &mut step, rng);
+            let next = self.scatter(caster, at, depth, &mut step, rng);
             let Some(next) = next else {
                 self.steps.push(step);
                 return;
@@ -269,7 +269,8 @@ impl<'a> Walk<'a> {
     fn scatter(
         &self,
         caster: &Caster,
-        (at, depth): (&Interaction, u32),
+        at: &Interaction,
+        depth: u32,
         step: &mut Step,
         rng: &mut Rng,
     ) -> Option<Leg> {
@@ -309,7 +310,8 @@ impl<'a> Walk<'a> {
         &self,
         depth: u32,
         vertex: &Vertex,
-        (place, spread): (Place, Spread),
+        place: Place,
+        spread: Spread,
         purpose: Purpose,
     ) -> bool {
         let reaches = vertex.distance > place.side && spread.covers(vertex.distance, place.side);
