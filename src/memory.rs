@@ -1,4 +1,7 @@
-//! Where trees and other large arrays live.
+//! Where trees and other large arrays live, and how much memory is held.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Moves the items into memory of exactly their size that is asked to be in huge pages: a visit of a
 /// large tree otherwise often waits for the address of a page before it waits for the page.
@@ -40,11 +43,73 @@ fn ask_for_huge_pages<T>(_: &mut Vec<T>) {}
 
 /// Counts what is allocated, so that the memory of every technique is measured the same way.
 #[global_allocator]
-static ALLOCATED: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
+static ALLOCATED: Counting = Counting {
+    held: AtomicUsize::new(0),
+    most: AtomicUsize::new(0),
+};
+
+/// The system's allocator, which says how much is held. Zeroed memory and growth are left to the system: pages
+/// that nobody has written yet cost nothing, and long arrays grow without being copied.
+struct Counting {
+    held: AtomicUsize,
+    most: AtomicUsize,
+}
+
+impl Counting {
+    fn add(&self, bytes: usize) {
+        let held = self.held.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        // Mostly there is nothing to write.
+        if held > self.most.load(Ordering::Relaxed) {
+            self.most.fetch_max(held, Ordering::Relaxed);
+        }
+    }
+
+    fn remove(&self, bytes: usize) {
+        self.held.fetch_sub(bytes, Ordering::Relaxed);
+    }
+}
+
+// SAFETY: all memory comes from the system's allocator and goes back to it, as it is asked for; counting changes
+// nothing of that and allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller's promise about the layout is passed on.
+        let memory = unsafe { System.alloc(layout) };
+        if !memory.is_null() {
+            self.add(layout.size());
+        }
+        memory
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: as in `alloc`.
+        let memory = unsafe { System.alloc_zeroed(layout) };
+        if !memory.is_null() {
+            self.add(layout.size());
+        }
+        memory
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise, that this memory was allocated here with this layout, is passed on.
+        unsafe { System.dealloc(memory, layout) };
+        self.remove(layout.size());
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: as in `dealloc`, and the caller promises that the new size is a valid one.
+        let moved = unsafe { System.realloc(memory, layout, size) };
+        if !moved.is_null() {
+            self.add(size);
+            self.remove(layout.size());
+        }
+        moved
+    }
+}
 
 /// Bytes that the program holds on its heap.
 pub fn held() -> usize {
-    ALLOCATED.current_usage()
+    ALLOCATED.held.load(Ordering::Relaxed)
 }
 
 /// The most memory that is held from a moment on. One at a time: starting another ends the first.
@@ -54,12 +119,14 @@ pub struct Peak {
 
 impl Peak {
     pub fn start() -> Self {
-        ALLOCATED.reset_peak_usage();
-        Self { before: held() }
+        let before = held();
+        ALLOCATED.most.store(before, Ordering::Relaxed);
+        Self { before }
     }
 
     /// Bytes beyond what was held at the start.
     pub fn bytes(&self) -> usize {
-        ALLOCATED.peak_usage().saturating_sub(self.before)
+        let most = ALLOCATED.most.load(Ordering::Relaxed);
+        most.saturating_sub(self.before)
     }
 }

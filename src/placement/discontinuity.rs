@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Refinable;
 use super::members::is_usable;
-use super::pairs::{Spread, spreads};
+use super::pairs::{Spreads, spreads};
 use super::pick::{STREAM_FILL, STREAM_MAP, keep_random};
 use crate::cache::{NO_POINT, RecordSearch, SearchRule, ShadingPoints};
 use crate::sample::Rng;
@@ -34,10 +34,9 @@ pub(super) fn measure(input: &Refinable, recipe: Recipe) -> (Vec<f32>, usize) {
     let mut map = vec![0.0f32; points.len()];
     let mut pairs = 0;
     if recipe.difference {
-        let (spreads, compared) = differences(input, recipe.records);
-        pairs = compared;
-        for term in [|s: &Spread| s.mean, |s: &Spread| s.largest] {
-            let values: Vec<f32> = spreads.par_iter().map(term).collect();
+        let spreads = differences(input, recipe.records);
+        pairs = spreads.pairs;
+        for values in [spreads.mean, spreads.largest] {
             add_normalised(&mut map, values, recipe.clamp_quantile);
         }
     }
@@ -51,7 +50,7 @@ pub(super) fn measure(input: &Refinable, recipe: Recipe) -> (Vec<f32>, usize) {
 }
 
 /// Spread of the differences between each point's K nearest records, ranked as in rendering.
-fn differences(input: &Refinable, records: usize) -> (Vec<Spread>, usize) {
+fn differences(input: &Refinable, records: usize) -> Spreads {
     let points = input.points;
     let own;
     let search = if input.search.rule().used == records {

@@ -15,19 +15,22 @@ const EMPTY: u64 = u64::MAX;
 /// The K nearest records of a pixel in ascending order of record, `u32::MAX` beyond their number.
 pub(super) type Nearest<'a> = &'a [u32];
 
-/// Mean and largest difference between all pairs of a pixel's nearest records.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Spread {
-    pub mean: f32,
-    pub largest: f32,
+/// Differences between all pairs of each pixel's nearest records.
+pub(super) struct Spreads {
+    /// The mean of each pixel.
+    pub mean: Vec<f32>,
+    /// The largest of each pixel.
+    pub largest: Vec<f32>,
+    /// Pairs of the whole image that were compared.
+    pub pairs: usize,
 }
 
-/// The spread of each pixel. `nearest` holds `stride` records for each pixel.
+/// The spreads of all pixels. `nearest` holds `stride` records for each pixel.
 ///
 /// Neighbouring pixels share most of their pairs: each chunk of pixels collects its own distinct pairs, every pair of
 /// the whole image is compared once, and the chunks read the results back. The pairs are compared in shares by their
 /// first record, so that no thread has to hold them all.
-pub(super) fn spreads(input: &Refinable, nearest: &[u32], stride: usize) -> (Vec<Spread>, usize) {
+pub(super) fn spreads(input: &Refinable, nearest: &[u32], stride: usize) -> Spreads {
     let chunks = nearest.par_chunks(CHUNK * stride);
     let mut tables: Vec<Table> = chunks
         .clone()
@@ -39,17 +42,27 @@ pub(super) fn spreads(input: &Refinable, nearest: &[u32], stride: usize) -> (Vec
         Compared::new(input, &tables, begin(share)..begin(share + 1))
     };
     let shares: Vec<Compared> = (0..SHARES).into_par_iter().map(share).collect();
-    let mut spreads = vec![Spread::default(); nearest.len() / stride];
+    let pixels = nearest.len() / stride;
+    let (mut mean, mut largest) = (vec![0.0; pixels], vec![0.0; pixels]);
     tables
         .par_iter_mut()
         .zip(chunks)
-        .zip(spreads.par_chunks_mut(CHUNK))
-        .for_each(|((table, chunk), spreads)| {
+        .zip(mean.par_chunks_mut(CHUNK))
+        .zip(largest.par_chunks_mut(CHUNK))
+        .for_each(|(((table, chunk), mean), largest)| {
             table.fill(&shares);
-            read_back(table, chunk, stride, spreads);
+            each_new_set(chunk, stride, |pixels, set| {
+                let spread = table.spread(set);
+                mean[pixels.clone()].fill(spread.0);
+                largest[pixels].fill(spread.1);
+            });
         });
     let pairs = shares.iter().map(|share| share.pairs.len()).sum();
-    (spreads, pairs)
+    Spreads {
+        mean,
+        largest,
+        pairs,
+    }
 }
 
 /// The distinct pairs of a share, ascending, and their differences.
@@ -73,20 +86,6 @@ impl Compared {
         let values = pairs.iter().map(difference).collect();
         Self { pairs, values }
     }
-}
-
-fn read_back(table: &Table, chunk: Nearest, stride: usize, spreads: &mut [Spread]) {
-    each_new_set(chunk, stride, |pixels, set| {
-        let (mut sum, mut largest, mut count) = (0.0f64, 0.0f32, 0u32);
-        each_pair(set, |pair| {
-            let value = table.values[table.find(pair)];
-            sum += f64::from(value);
-            largest = largest.max(value);
-            count += 1;
-        });
-        let mean = (sum / f64::from(count.max(1))) as f32;
-        spreads[pixels].fill(Spread { mean, largest });
-    });
 }
 
 /// Calls `found` with each run of pixels that have the same records.
@@ -163,6 +162,18 @@ impl Table {
             let slot = self.find(self.pairs[i]);
             self.keys[slot] = self.pairs[i];
         }
+    }
+
+    /// Mean and largest difference between all pairs of a set.
+    fn spread(&self, set: &[u32]) -> (f32, f32) {
+        let (mut sum, mut largest, mut count) = (0.0f64, 0.0f32, 0u32);
+        each_pair(set, |pair| {
+            let value = self.values[self.find(pair)];
+            sum += f64::from(value);
+            largest = largest.max(value);
+            count += 1;
+        });
+        ((sum / f64::from(count.max(1))) as f32, largest)
     }
 
     /// Looks up the differences of all pairs of the table. Both it and the shares are in ascending order, so that each
