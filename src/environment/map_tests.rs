@@ -50,6 +50,30 @@ fn layouts(image: &Image) -> [Environment; 2] {
 }
 
 #[test]
+fn what_is_not_followed_of_a_file_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("map.png");
+    let notes = |width, height| {
+        crate::image::write_png(&file, &Image::new(width, height), 1.0).unwrap();
+        let described = EnvironmentDescription::Map {
+            path: file.clone(),
+            scale: 1.0,
+            to_world: DMat4::IDENTITY,
+            rows: EnvironmentRows::CellCentred,
+        };
+        let map = Environment::from_description(&described).unwrap();
+        map.notes().collect::<Vec<_>>()
+    };
+    assert!(notes(4, 2).is_empty());
+    assert!(notes(4, 1).is_empty(), "a strip");
+    let told = notes(4, 4);
+    assert!(
+        told[0].contains("map.png: 4x4 pixels are not twice"),
+        "{told:?}"
+    );
+}
+
+#[test]
 fn orientation_is_that_of_the_references() {
     // A map whose red rises with u and whose green rises with v.
     let map = image(64, 32, |x, y| [x as f32 + 0.5, y as f32 + 0.5, 0.0]);
