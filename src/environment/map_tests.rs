@@ -1,6 +1,7 @@
 //! Orientation, continuity, sampling and broken input of environment maps.
 
 use super::*;
+use crate::environment::EnvironmentDescription;
 use crate::sample::Rng;
 
 fn image(width: usize, height: usize, f: impl Fn(usize, usize) -> [f32; 3]) -> Image {

@@ -96,7 +96,8 @@ fn what_would_bend_or_colour_what_passes_is_told() {
         ("Ks 0.5\nillum 1", vec!["`illum 1`"]),
         ("Ks 0\nillum 1", vec![]),
         ("illum 10", vec!["`illum 10`"]),
-        ("map_Kd -mm 0.2 1 a.png", vec!["`-mm`"]),
+        ("map_Kd -mm 0.2 1 a.png", vec![]),
+        ("map_d -mm 0.2 1 a.png", vec!["`-mm`"]),
     ] {
         for text in [
             format!("newmtl a\n{text}\nnewmtl b\n"),
