@@ -299,6 +299,9 @@ fn picture_of(path: &Path, layers: &[Layer]) -> Result<Option<usize>, ImageError
 /// Pixels of a display window that a byte of a file may stand for.
 const DISPLAY_A_BYTE: usize = 1024;
 
+/// Longest side of a display window that is longer than the data.
+const MAX_DISPLAY_SIDE: usize = 1 << 16;
+
 /// Refuses absurd sizes, deep data and subsampled channels before anything is allocated.
 fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
@@ -326,10 +329,13 @@ fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
             ImageError::decode(path, "EXR", why)
         })?;
         let display = header.shared_attributes.display_window.size;
-        let (width, height) = (display.width(), display.height());
-        if width
-            .checked_mul(height)
-            .is_none_or(|area| area > MAX_PIXELS)
+        let (data, (width, height)) = ((width, height), (display.width(), display.height()));
+        let is_absurd = |side: usize, data: usize| side > data.max(MAX_DISPLAY_SIDE);
+        if is_absurd(width, data.0)
+            || is_absurd(height, data.1)
+            || width
+                .checked_mul(height)
+                .is_none_or(|area| area > MAX_PIXELS)
         {
             let why = format!("its display window has {width}x{height} pixels");
             return Err(ImageError::decode(path, "EXR", why));

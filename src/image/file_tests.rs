@@ -293,6 +293,9 @@ fn data_windows_are_put_into_display_windows() {
     write_window(&path, [0, 0], ([0, 0], [30000, 30000]));
     let message = read(&path).unwrap_err().to_string();
     assert!(message.contains("30000x30000"), "{message}");
+    write_window(&path, [0, 0], ([0, 0], [16_000_000, 1]));
+    let message = read(&path).unwrap_err().to_string();
+    assert!(message.contains("16000000x1"), "{message}");
 }
 
 #[test]

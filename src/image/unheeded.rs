@@ -1,5 +1,9 @@
 //! What PNG and JPEG files say of their colours and of their orientation, and is not followed.
 
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+
 /// Chunks of a PNG file in front of its pixels, by name.
 fn png_chunks(bytes: &[u8]) -> impl Iterator<Item = (&[u8], &[u8])> {
     let mut rest = bytes.get(8..).unwrap_or(&[]);
@@ -58,7 +62,7 @@ fn unheeded_png(bytes: &[u8]) -> Vec<String> {
             );
         }
     } else if let Some(data) = find(b"iCCP") {
-        if !names_srgb(data.split(|&byte| byte == 0).next().unwrap_or(&[])) {
+        if !names_srgb(data) && !names_srgb(&inflated(data)) {
             notes.push(PROFILE.into());
         }
     } else if find(b"sRGB").is_none() {
@@ -85,6 +89,20 @@ fn unheeded_png(bytes: &[u8]) -> Vec<String> {
     }
     notes
 }
+
+/// The profile behind its name and the number of its compression, as far as it can be read.
+fn inflated(chunk: &[u8]) -> Vec<u8> {
+    let name = chunk.iter().position(|&byte| byte == 0);
+    let data = name.and_then(|end| chunk.get(end + 2..)).unwrap_or(&[]);
+    let mut profile = Vec::new();
+    let mut read = ZlibDecoder::new(data).take(LONGEST_PROFILE);
+    // What is damaged names nothing.
+    let _ = read.read_to_end(&mut profile);
+    profile
+}
+
+/// Bytes of a profile that are looked at.
+const LONGEST_PROFILE: u64 = 1 << 16;
 
 const PROFILE: &str = "its colour profile (ICC) is left out: values are taken for sRGB";
 
@@ -138,6 +156,8 @@ fn orientation(tiff: &[u8]) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
 
     fn png(chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
@@ -173,6 +193,10 @@ mod tests {
         assert!(unheeded(&png(&both)).is_empty(), "sRGB decides");
         assert!(unheeded(&png(&[(b"iCCP", b"Adobe RGB (1998)\0\0xx")]))[0].contains("profile"));
         assert!(unheeded(&png(&[(b"iCCP", b"sRGB IEC61966-2.1\0\0xx")])).is_empty());
+        let mut zlib = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+        zlib.write_all(b"desc sRGB IEC61966-2.1").unwrap();
+        let hidden = [&b"Photoshop ICC profile\0\0"[..], &zlib.finish().unwrap()].concat();
+        assert!(unheeded(&png(&[(b"iCCP", &hidden)])).is_empty());
         assert!(unheeded(&png(&[(b"cICP", &[9, 16, 0, 1])]))[0].contains("cICP"));
         assert!(unheeded(&png(&[(b"cICP", &[1, 13, 0, 1])])).is_empty());
         let wide: Vec<u8> = [
