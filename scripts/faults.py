@@ -7,6 +7,7 @@ memory) and the pixels of its images and references are those of a run that noth
 """
 
 import csv
+import itertools
 import json
 import os
 import pathlib
@@ -137,35 +138,42 @@ def interrupted(bench, out, number, latest, begun=False):
     return process.returncode, said
 
 
+def stopped(bench, signals, latest, right, begun=False):
+    """A run that each of the signals stops at a random moment, then the same command again; `right` judges exit code and
+    messages of the first. How many were right, and the exit codes of both; runs that ended by themselves do not count."""
+    good, first, again = 0, [], []
+    for number in signals:
+        for _ in range(4):
+            out = bench.folder() / "both"
+            code, said = interrupted(bench, out, number, latest, begun)
+            if code != 0:
+                break
+            shutil.rmtree(out.parent)
+        kept = finished(out)
+        first.append(code)
+        again.append(bench.run(out)[0])
+        whole = again[-1] == 0 and bench.whole(out) and kept.items() <= finished(out).items()
+        good += whole and right(code, said)
+        shutil.rmtree(out.parent)
+    return good, first, again
+
+
 def kills(bench):
     """killed (SIGKILL) at a random moment, then run again"""
-    good, seen, tries = 0, [], 0
-    while len(seen) < 50 and tries < 200:
-        out, tries = bench.folder() / "both", tries + 1
-        if interrupted(bench, out, signal.SIGKILL, bench.seconds)[0] != -signal.SIGKILL:
-            continue
-        kept = finished(out)
-        code, _ = bench.run(out)
-        seen.append(code)
-        good += code == 0 and bench.whole(out) and kept.items() <= finished(out).items()
-        shutil.rmtree(out.parent)
-    return good, 50, "again: " + codes(seen)
+    killed = lambda code, _: code == -signal.SIGKILL
+    good, _, again = stopped(bench, [signal.SIGKILL] * 50, bench.seconds, killed)
+    return good, 50, "again: " + codes(again)
 
 
 def signals(bench):
     """SIGINT or SIGTERM at a random moment (exit code 130 and a message), then run again"""
-    good, seen = 0, []
-    for number in range(10):
-        out = bench.folder() / "both"
-        which = [signal.SIGINT, signal.SIGTERM][number % 2]
-        code, said = interrupted(bench, out, which, bench.seconds / 2, begun=True)
-        seen.append(code)
-        kept = finished(out)
-        again, _ = bench.run(out)
-        told = "finished jobs are kept" in said and "same command" in said
-        good += code == 130 and told and again == 0 and bench.whole(out) and kept.items() <= finished(out).items()
-        shutil.rmtree(out.parent)
-    return good, 10, codes(seen)
+
+    def right(code, said):
+        return code == 130 and "finished jobs are kept" in said and "same command" in said
+
+    both = [signal.SIGINT, signal.SIGTERM] * 5
+    good, first, _ = stopped(bench, both, bench.seconds / 2, right, begun=True)
+    return good, 10, codes(first)
 
 
 def killed_often(bench):
@@ -320,10 +328,10 @@ def cut(share):
 DAMAGES = [cut(0), cut(0.01), cut(0.3), cut(0.9), lambda data: bytes(len(data)), flipped]
 
 
-def damaged(bench, pattern, right):
-    """A suite with files that are damaged in each of the ways, run again; `right` judges folder, exit code and messages."""
+def damaged(bench, patterns, right):
+    """A suite with files that are damaged in each of the ways, run again; `right` judges the files and messages."""
     good, seen = 0, []
-    for damage in DAMAGES:
+    for pattern, damage in itertools.product(patterns, DAMAGES):
         out = bench.folder() / "both"
         shutil.copytree(bench.place / "calm", out.parent, dirs_exist_ok=True)
         paths = list(out.glob(pattern))
@@ -333,32 +341,27 @@ def damaged(bench, pattern, right):
             for job in out.rglob("jobs/[!.]*"):  # finished jobs need no reference
                 shutil.rmtree(job)
         code, said = bench.run(out)
-        fine = paths and code == 0 and bench.whole(out) and right(out, paths, said)
+        fine = paths and code == 0 and bench.whole(out) and right(paths, said)
         if not fine:
             print(f"{pattern}: exit code {code}; {'; '.join(error_lines(said))}", file=sys.stderr)
         seen.append(code)
         good += bool(fine)
         shutil.rmtree(out.parent)
-    return good, seen
+    return good, len(seen), codes(seen)
 
 
 def damaged_files(bench):
     """damaged rows and plans (cut, emptied, zeros, a flipped byte): made anew"""
-    good, seen = 0, []
-    for pattern in ["still/jobs/*/row.json", "still/plan.json"]:
-        now, codes_now = damaged(bench, pattern, lambda *_: True)
-        good, seen = good + now, seen + codes_now
-    return good, len(seen), codes(seen)
+    return damaged(bench, ["still/jobs/*/row.json", "still/plan.json"], lambda *_: True)
 
 
 def damaged_references(bench):
     """damaged references (the same): told with their paths, set aside and made anew"""
 
-    def right(out, paths, said):
+    def right(paths, said):
         return all(str(path) in said and path.with_name(path.name + ".damaged").is_file() for path in paths)
 
-    good, seen = damaged(bench, "references/*.exr", right)
-    return good, len(seen), codes(seen)
+    return damaged(bench, ["references/*.exr"], right)
 
 
 def flipped_bits(bench):

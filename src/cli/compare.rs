@@ -25,8 +25,8 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
         let pixels = result.translucent;
         tell!("note: {pixels} pixels are not opaque; their alpha is left out");
     }
-    for window in &result.windows {
-        tell!("note: {window}");
+    for note in &result.notes {
+        tell!("note: {note}");
     }
     let json = serde_json::to_value(&result)?;
     if args.json {

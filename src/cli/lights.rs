@@ -23,7 +23,7 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     let sampler = sampler(args)?;
     let description = find_environment(&args.map)?;
     let map = Environment::from_description(&description)?;
-    if let Some(note) = map.sanitised.note() {
+    for note in map.notes() {
         tell!("note: {note}");
     }
     let start = std::time::Instant::now();

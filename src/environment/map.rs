@@ -1,12 +1,14 @@
 //! A latitude–longitude radiance map with its orientation and sampling table.
 
 use std::f64::consts::{PI, TAU};
+use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use glam::{DMat3, DMat4, DQuat, DVec3, Mat3, Vec3};
+use glam::{DMat3, DMat4, Mat3, Vec3};
 
+use super::EnvironmentError;
+use super::repair::{Sanitised, sanitise};
 use super::table::SphereTable;
-use super::{EnvironmentDescription, EnvironmentError, SunSky, embedded_map, sun_sky_image};
 use crate::image::{Image, luminance};
 
 /// Where the rows of a map lie.
@@ -40,31 +42,6 @@ impl Default for EnvironmentOptions {
     }
 }
 
-/// Values of the input that could not be radiance, and were replaced: NaN and negative by 0,
-/// infinite by the largest finite value of the channel. Counted per channel value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Sanitised {
-    /// Replaced by 0.
-    pub nan: usize,
-    /// Replaced by the channel's largest finite value.
-    pub infinite: usize,
-    /// Replaced by 0.
-    pub negative: usize,
-}
-
-impl Sanitised {
-    /// A sentence about what was replaced; `None` when nothing was.
-    pub fn note(&self) -> Option<String> {
-        (*self != Self::default()).then(|| {
-            format!(
-                "environment map repaired: {} NaN and {} negative values became 0, {} infinite ones \
-                 the largest finite one",
-                self.nan, self.negative, self.infinite
-            )
-        })
-    }
-}
-
 /// A direction drawn by importance.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentSample {
@@ -91,86 +68,13 @@ pub struct Environment {
     compensated: OnceLock<SphereTable>,
     /// What was wrong with the input.
     pub sanitised: Sanitised,
+    /// What its file says and is not followed, or is unusual in it.
+    pub(super) unheeded: Vec<String>,
+    /// A file without any light.
+    pub(super) black_file: Option<PathBuf>,
 }
 
 impl Environment {
-    /// Reads or generates what a scene declares.
-    ///
-    /// # Errors
-    /// Unreadable or empty maps, transforms other than rotations, suns below the horizon.
-    pub fn from_description(
-        description: &EnvironmentDescription,
-    ) -> Result<Self, EnvironmentError> {
-        match description {
-            EnvironmentDescription::Constant { radiance } => Ok(Self::constant(*radiance)),
-            EnvironmentDescription::SunSky {
-                sun_direction,
-                zenith,
-                turbidity,
-                albedo,
-                sun,
-                sky,
-                scale,
-            } => {
-                // The image has the zenith in its top row.
-                let upright = match *zenith == DVec3::Y {
-                    true => DQuat::IDENTITY,
-                    false => DQuat::from_rotation_arc(DVec3::Y, *zenith),
-                };
-                let image = sun_sky_image(&SunSky {
-                    sun_direction: upright.inverse() * *sun_direction,
-                    turbidity: *turbidity,
-                    albedo: *albedo,
-                    sun: *sun,
-                    sky: *sky,
-                })?;
-                let options = EnvironmentOptions {
-                    scale: *scale,
-                    to_world: DMat4::from_quat(upright),
-                    ..EnvironmentOptions::default()
-                };
-                Self::from_image(&image, &options)
-            }
-            EnvironmentDescription::Embedded {
-                name,
-                scale,
-                to_world,
-            } => {
-                let image = embedded_map(name)
-                    .ok_or_else(|| EnvironmentError::Unknown { name: name.clone() })?;
-                let options = EnvironmentOptions {
-                    scale: *scale,
-                    to_world: *to_world,
-                    ..EnvironmentOptions::default()
-                };
-                Self::from_image(&image, &options)
-            }
-            EnvironmentDescription::Map {
-                path,
-                scale,
-                to_world,
-                rows,
-            } => {
-                let fail = |message: String| EnvironmentError::Read {
-                    path: path.clone(),
-                    message,
-                };
-                let picture = crate::image::read_picture(path);
-                let picture = picture.map_err(|error| fail(error.to_string()))?;
-                if let Some(window) = &picture.window {
-                    return Err(fail(format!("{window}; a map needs all directions")));
-                }
-                let image = picture.into_linear();
-                let options = EnvironmentOptions {
-                    scale: *scale,
-                    to_world: *to_world,
-                    rows: *rows,
-                };
-                Self::from_image(&image, &options)
-            }
-        }
-    }
-
     /// The same radiance from everywhere.
     pub fn constant(radiance: [f32; 3]) -> Self {
         let image = Image {
@@ -209,6 +113,8 @@ impl Environment {
             table: SphereTable::new(1, vec![1.0, -1.0], |_, _| 0.0),
             compensated: OnceLock::new(),
             sanitised,
+            unheeded: Vec::new(),
+            black_file: None,
         };
         environment.table = environment.build_table(|luminance| luminance);
         environment
@@ -462,40 +368,6 @@ fn rotation_part(to_world: DMat4) -> Result<Mat3, EnvironmentError> {
             matrix: format!("{m}"),
         })
     }
-}
-
-fn sanitise(image: &Image, scale: f32) -> (Vec<[f32; 3]>, Sanitised) {
-    let mut largest = [0.0f32; 3];
-    for pixel in &image.pixels {
-        for (max, value) in largest.iter_mut().zip(pixel) {
-            let value = value * scale;
-            if value.is_finite() && value > *max {
-                *max = value;
-            }
-        }
-    }
-    let mut counts = Sanitised::default();
-    let mut clean = |value: f32, channel: usize| {
-        let value = value * scale;
-        if value.is_nan() {
-            counts.nan += 1;
-            0.0
-        } else if value < 0.0 {
-            counts.negative += 1;
-            0.0
-        } else if value.is_infinite() {
-            counts.infinite += 1;
-            largest[channel]
-        } else {
-            value
-        }
-    };
-    let pixels = image
-        .pixels
-        .iter()
-        .map(|p| [clean(p[0], 0), clean(p[1], 1), clean(p[2], 2)])
-        .collect();
-    (pixels, counts)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Orientation, continuity, sampling and broken input of environment maps.
 
 use super::*;
+use crate::environment::EnvironmentDescription;
 use crate::sample::Rng;
 
 fn image(width: usize, height: usize, f: impl Fn(usize, usize) -> [f32; 3]) -> Image {
@@ -47,6 +48,30 @@ fn layouts(image: &Image) -> [Environment; 2] {
         };
         Environment::from_image(image, &options).expect("a rotation")
     })
+}
+
+#[test]
+fn what_is_not_followed_of_a_file_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("map.png");
+    let notes = |width, height| {
+        crate::image::write_png(&file, &Image::new(width, height), 1.0).unwrap();
+        let described = EnvironmentDescription::Map {
+            path: file.clone(),
+            scale: 1.0,
+            to_world: DMat4::IDENTITY,
+            rows: EnvironmentRows::CellCentred,
+        };
+        let map = Environment::from_description(&described).unwrap();
+        map.notes().collect::<Vec<_>>()
+    };
+    assert!(notes(4, 2).is_empty());
+    assert!(notes(4, 1).is_empty(), "a strip");
+    let told = notes(4, 4);
+    assert!(
+        told[0].contains("map.png: 4x4 pixels are not twice"),
+        "{told:?}"
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! set, so that rotating a map rotates its lights.
 
 mod blocks;
+mod declared;
 pub mod decomposition;
 mod description;
 mod directs;
@@ -27,6 +28,7 @@ pub mod product_ratio;
 pub mod product_ratio_unbiased;
 mod regions;
 mod relaxation;
+mod repair;
 mod rings;
 #[cfg(test)]
 mod sampler_tests;
@@ -42,7 +44,8 @@ pub mod variance_minimization;
 pub use description::EnvironmentDescription;
 pub use gallery::{embedded_map, embedded_maps};
 pub use light::{Light, LightKind, LightSampler, LightSet};
-pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample, Sanitised};
+pub use map::{Environment, EnvironmentOptions, EnvironmentRows, EnvironmentSample};
+pub use repair::Sanitised;
 pub use sky::{SunSky, sun_sky_image};
 pub use texel_lights::{BLOCK, DRAWS, TexelLights, TexelSample};
 

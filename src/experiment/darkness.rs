@@ -5,6 +5,7 @@
 //! scene that is meant to be black says so by an environment of no radiance, such as the map `black`.
 
 use super::sequence::Sequence;
+use crate::environment::Environment;
 use crate::scene::{Needs, Scene, SceneDescription};
 
 /// Refuses a scene that declares nothing from which a technique with these needs takes light, in any frame.
@@ -30,12 +31,19 @@ pub(super) fn refuse_loaded(needs: Needs, scene: &Scene) -> Result<(), String> {
     let mut shapes = scene.shapes.iter();
     let shines =
         shapes.any(|shape| shape.triangle_count > 0 && shape.emission.is_some_and(is_bright));
+    let black_file = scene.environment.as_ref().and_then(Environment::black_file);
     let is_lit = !takes_light(needs)
-        || scene.environment.is_some()
+        || scene.environment.is_some() && black_file.is_none()
         || shines
         || !scene.point_lights.is_empty()
         || !scene.directional_lights.is_empty();
-    refuse(is_lit, &scene.name)
+    refuse(is_lit, &scene.name).map_err(|why| match black_file {
+        Some(file) => format!(
+            "{}: every pixel of this map is black; {why}",
+            file.display()
+        ),
+        None => why,
+    })
 }
 
 fn takes_light(needs: Needs) -> bool {
@@ -153,6 +161,26 @@ mod tests {
         );
         tried(&late, "[sequence]\nframes = 5\nfps = 1").expect("on in the end");
         tried(&late, "[sequence]\nframes = 2\nfps = 1").expect_err("off until then");
+    }
+
+    #[test]
+    fn maps_without_a_bright_texel_are_found_when_loading() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("map.png");
+        let mut map = crate::image::Image::new(4, 2);
+        let environment = format!("environment = {:?}\n", file.display().to_string());
+        let try_map = |map: &crate::image::Image, scene: &str| {
+            crate::image::write_png(&file, map, 1.0).expect("writable");
+            tried(scene, "path-tracing", &environment)
+        };
+        let error = try_map(&map, FLOOR).expect_err("black");
+        assert!(
+            error.contains("map.png: every pixel of this map is black"),
+            "{error}"
+        );
+        try_map(&map, &format!("{FLOOR}emission = [1, 1, 1]\n")).expect("a lamp");
+        map.pixels[3] = [1.0; 3];
+        try_map(&map, FLOOR).expect("a bright texel");
     }
 
     #[test]

@@ -50,6 +50,8 @@ pub fn scene_key(description: &SceneDescription) -> String {
         paths: _,
         motions,
         environment,
+        // What is told of them changes no picture.
+        clips: _,
         notes: _,
     } = description;
     let mut shown = vec![
@@ -147,6 +149,7 @@ fn texture(texture: &TextureDescription) -> Value {
         uv_turn_rad,
         uv_offset,
         factor,
+        base,
         alpha,
     } = texture;
     let source = match source {
@@ -156,10 +159,14 @@ fn texture(texture: &TextureDescription) -> Value {
     };
     let basic = json!([source, srgb, nearest, wrap, uv_scale, uv_offset]);
     // What only glTF says is not part of the keys of others.
-    match (uv_turn_rad, factor, alpha) {
+    let mut parts = match (uv_turn_rad, factor, alpha) {
         (0.0, [1.0, 1.0, 1.0], None) => basic,
         others => json!([basic, others]),
+    };
+    if let (Some(base), Some(parts)) = (base, parts.as_array_mut()) {
+        parts.push(json!(["base", base]));
     }
+    parts
 }
 
 fn environment(environment: &EnvironmentDescription) -> Value {

@@ -2,7 +2,7 @@
 
 use super::error::MAX_PIXELS;
 use super::exr_write::ATTRIBUTE;
-use super::guard::{decoded, holds};
+use super::guard::{decoded, exr_bytes_a_byte, holds};
 use super::primaries::to_rec709;
 use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
 use exr::meta::MetaData;
@@ -27,6 +27,8 @@ pub struct LayeredImage {
     pub chromaticities: Option<[[f32; 2]; 4]>,
     /// What was made of data windows that are not the display window.
     pub window: Option<String>,
+    /// Width of a pixel over its height.
+    pub pixel_aspect: f32,
 }
 
 impl LayeredImage {
@@ -66,6 +68,7 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
     });
     let mut picture = LayeredImage {
         chromaticities,
+        pixel_aspect: file.attributes.pixel_aspect,
         ..LayeredImage::default()
     };
     let only_part = file.layer_data.len() == 1;
@@ -158,6 +161,8 @@ pub(super) struct ExrPicture {
     pub translucent: usize,
     /// See [`LayeredImage::window`].
     pub window: Option<String>,
+    /// What the file says of its pixels that is not followed.
+    pub unheeded: Vec<String>,
 }
 
 /// The picture of an EXR file.
@@ -193,6 +198,12 @@ pub(super) fn decode_picture(
         });
     };
     let chosen = &file.layers[index];
+    if let Some(others) = other_parts_of(&file, chosen) {
+        let reason = format!(
+            "`Y` is a part of a colour with {others}, which is not read: save it as R, G and B"
+        );
+        return Err(ImageError::decode(path, "EXR", reason));
+    }
     let alpha = join(&chosen.name, "A");
     let translucent = match file.layer(&alpha).map(|layer| &layer.samples) {
         Some(Samples::Gray(plane)) => plane.values.iter().filter(|&&a| a < 1.0).count(),
@@ -219,11 +230,26 @@ pub(super) fn decode_picture(
             (matrix * rgb).as_vec3().to_array()
         }),
     };
+    let is_square = (file.pixel_aspect - 1.0).abs() < 1e-3;
+    let aspect = file.pixel_aspect;
+    let note =
+        || format!("its pixels are {aspect} times as wide as high: they are taken for square");
     Ok(ExrPicture {
         image,
         translucent,
         window: file.window,
+        unheeded: (!is_square).then(note).into_iter().collect(),
     })
+}
+
+/// The channels that make a colour with a luminance: of CIE XYZ, or of luminance and chroma.
+fn other_parts_of(file: &LayeredImage, chosen: &Layer) -> Option<&'static str> {
+    let has = |name: &str| file.layer(&join(&chosen.name, name)).is_some();
+    match chosen.samples {
+        Samples::Gray(_) if has("X") && has("Z") => Some("`X` and `Z`"),
+        Samples::Gray(_) if has("RY") || has("BY") => Some("`RY` and `BY`"),
+        _ => None,
+    }
 }
 
 /// Index of the layer that is the picture, if there is one.
@@ -271,6 +297,12 @@ fn picture_of(path: &Path, layers: &[Layer]) -> Result<Option<usize>, ImageError
     Ok(unnamed.or(only.then_some(0)))
 }
 
+/// Pixels of a display window that a byte of a file may stand for.
+const DISPLAY_A_BYTE: usize = 1024;
+
+/// Longest side of a display window that is longer than the data.
+const MAX_DISPLAY_SIDE: usize = 1 << 16;
+
 /// Refuses absurd sizes, deep data and subsampled channels before anything is allocated.
 fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
@@ -287,17 +319,32 @@ fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
                 height,
             });
         }
-        holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, "EXR", why))?;
+        let channels = header.channels.list.iter();
+        let sample_bytes: usize = channels.map(|c| c.sample_type.bytes_per_sample()).sum();
+        let most = bytes
+            .len()
+            .saturating_mul(exr_bytes_a_byte(header.compression));
+        let pixels = most / sample_bytes.max(1);
+        holds((width, height), pixels, 1).map_err(|_| {
+            let why = format!("{} bytes are too few for the {width}x{height} pixels that the header promises: the file is cut short", bytes.len());
+            ImageError::decode(path, "EXR", why)
+        })?;
         let display = header.shared_attributes.display_window.size;
-        let (width, height) = (display.width(), display.height());
-        if width
-            .checked_mul(height)
-            .is_none_or(|area| area > MAX_PIXELS)
+        let (data, (width, height)) = ((width, height), (display.width(), display.height()));
+        let is_absurd = |side: usize, data: usize| side > data.max(MAX_DISPLAY_SIDE);
+        if is_absurd(width, data.0)
+            || is_absurd(height, data.1)
+            || width
+                .checked_mul(height)
+                .is_none_or(|area| area > MAX_PIXELS)
         {
             let why = format!("its display window has {width}x{height} pixels");
             return Err(ImageError::decode(path, "EXR", why));
         }
-        holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, "EXR", why))?;
+        // A small part of a large picture is usual.
+        let least = (1 << 24) / DISPLAY_A_BYTE;
+        holds((width, height), bytes.len().max(least), DISPLAY_A_BYTE)
+            .map_err(|why| ImageError::decode(path, "EXR", why))?;
         if header.deep {
             return Err(ImageError::decode(path, "EXR", "deep data is not read"));
         }

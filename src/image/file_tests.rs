@@ -293,6 +293,57 @@ fn data_windows_are_put_into_display_windows() {
     write_window(&path, [0, 0], ([0, 0], [30000, 30000]));
     let message = read(&path).unwrap_err().to_string();
     assert!(message.contains("30000x30000"), "{message}");
+    write_window(&path, [0, 0], ([0, 0], [16_000_000, 1]));
+    let message = read(&path).unwrap_err().to_string();
+    assert!(message.contains("16000000x1"), "{message}");
+}
+
+#[test]
+fn a_luminance_that_is_part_of_a_colour_is_no_picture() {
+    let (_folder, path) = scratch("xyz.exr");
+    for names in [&["X", "Y", "Z"][..], &["BY", "RY", "Y"]] {
+        write_foreign(&path, names, Compression::RLE);
+        let message = read(&path).unwrap_err().to_string();
+        assert!(message.contains("save it as R, G and B"), "{message}");
+    }
+    write_foreign(&path, &["Y", "Z"], Compression::RLE);
+    assert!(read(&path).is_ok(), "grey with a depth");
+}
+
+#[test]
+fn headers_of_exr_files_promise_what_their_compression_can_hold() {
+    let (_folder, path) = scratch("a.exr");
+    for (compression, fits) in [
+        (Compression::Uncompressed, false),
+        (Compression::RLE, false),
+        (Compression::ZIP16, false),
+        (Compression::ZIP16, true),
+    ] {
+        let size = if fits { 40 } else { 4000 };
+        write_foreign(&path, &["B", "G", "R"], compression);
+        let mut bytes = std::fs::read(&path).unwrap();
+        let (_, data) = attribute(&mut bytes, b"dataWindow\0box2i\0");
+        let corner = |value: i32| value.to_le_bytes();
+        if !fits {
+            data[8..12].copy_from_slice(&corner(size - 1));
+            data[12..16].copy_from_slice(&corner(size - 1));
+        }
+        std::fs::write(&path, &bytes).unwrap();
+        match read(&path) {
+            Ok(_) => assert!(fits, "{compression:?}"),
+            Err(error) => {
+                assert!(error.to_string().contains("too few"), "{error}");
+                assert!(!fits, "{error}");
+            }
+        }
+    }
+}
+
+/// Where the value of an attribute of an EXR file stands, and the bytes from there on.
+fn attribute<'a>(bytes: &'a mut [u8], head: &[u8]) -> (usize, &'a mut [u8]) {
+    let at = bytes.windows(head.len()).position(|part| part == head);
+    let at = at.expect("the attribute") + head.len() + 4;
+    (at, &mut bytes[at..])
 }
 
 #[test]

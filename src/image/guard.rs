@@ -2,6 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use ::image::ImageFormat;
+use exr::compression::Compression;
+
 /// The result of a decoder; where it panics, that the file is damaged.
 ///
 /// # Errors
@@ -22,15 +25,46 @@ pub fn is_cut_jpeg(bytes: &[u8]) -> bool {
     }
 }
 
-/// Pixels that a byte of the best compressed picture may stand for.
-const PIXELS_A_BYTE: usize = 20_000;
+/// Pixels that a byte of the best compressed picture of a format may stand for: 1032 bytes of Deflate, eight pixels
+/// each; one bit of a progressive JPEG for 64; runs as long as a row of an old Radiance file.
+pub fn pixels_a_byte(format: ImageFormat) -> usize {
+    match format {
+        ImageFormat::Png => 8 * DEFLATED,
+        ImageFormat::Jpeg => 1024,
+        ImageFormat::Hdr => 4096,
+        // A run of 128 in two bytes at least.
+        ImageFormat::Tga => 64,
+        // Without limit, as a file may end its rows early.
+        _ => 20_000,
+    }
+}
 
-/// Refuses a picture whose header promises more than so few bytes can hold.
+/// Bytes that a byte of Deflate may stand for.
+const DEFLATED: usize = 1032;
+
+/// Bytes of samples that a byte of an EXR file may stand for.
+pub fn exr_bytes_a_byte(compression: Compression) -> usize {
+    match compression {
+        Compression::Uncompressed => 1,
+        Compression::RLE => 64,
+        Compression::B44 | Compression::B44A => 12,
+        // Deflated, of blocks of 64 half-floats that are one number each.
+        Compression::DWAA(_) | Compression::DWAB(_) => 64 * DEFLATED,
+        // Of each four bytes three are deflated (PXR24); runs of 255 in a byte or so (PIZ).
+        _ => DEFLATED * 4 / 3,
+    }
+}
+
+/// Refuses a picture whose header promises more than so few bytes can hold, with so many pixels a byte.
 ///
 /// # Errors
 /// A sentence.
-pub fn holds((width, height): (usize, usize), bytes: usize) -> Result<(), String> {
-    let most = bytes.saturating_mul(PIXELS_A_BYTE);
+pub fn holds(
+    (width, height): (usize, usize),
+    bytes: usize,
+    most_a_byte: usize,
+) -> Result<(), String> {
+    let most = bytes.saturating_mul(most_a_byte);
     match width.saturating_mul(height) <= most {
         true => Ok(()),
         false => Err(format!(
@@ -62,8 +96,8 @@ mod tests {
 
     #[test]
     fn headers_cannot_promise_what_is_not_there() {
-        assert!(holds((1024, 1024), 55).is_ok());
-        assert!(holds((16384, 16384), 55).is_err());
-        assert!(holds((usize::MAX, 2), usize::MAX).is_ok());
+        assert!(holds((1024, 1024), 55, 20_000).is_ok());
+        assert!(holds((16384, 16384), 55, 20_000).is_err());
+        assert!(holds((usize::MAX, 2), usize::MAX, 3).is_ok());
     }
 }

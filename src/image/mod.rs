@@ -24,6 +24,7 @@ mod read;
 mod resample;
 mod sanitise;
 mod tone;
+mod unheeded;
 
 pub use atomic::write_atomically;
 pub use color::{clamp_unit, decode_srgb, encode_srgb, srgb_decode, srgb_encode, to_display};
@@ -32,14 +33,16 @@ pub use exr_read::{LayeredImage, read_layers};
 pub use exr_write::write_exr;
 pub use false_color::{Palette, false_color};
 pub use guard::{decoded, is_cut_jpeg};
+pub(crate) use guard::{holds, pixels_a_byte};
 pub use layer::{Attributes, Layer, Plane, Samples};
 pub use mean::ImageMean;
 pub use overview::overview;
 pub use png::{display_bytes, png_bytes, write_png, write_png_bytes, write_png_coded};
-pub(crate) use read::decode_bytes;
 pub use read::{Encoding, Picture, read, read_coded, read_picture};
+pub(crate) use read::{decode_bytes, translucent_pixels};
 pub use sanitise::{Sanitised, sanitise};
 pub use tone::{ToneCurve, UnknownToneCurve};
+pub(crate) use unheeded::unheeded;
 
 use rayon::prelude::*;
 

@@ -1,10 +1,10 @@
 //! Images of any format that is read, linear or as coded.
 
 use super::error::MAX_PIXELS;
-use super::guard::{decoded, holds, is_cut_jpeg};
+use super::guard::{decoded, holds, is_cut_jpeg, pixels_a_byte};
 use super::hdr_header::HdrHeader;
 use super::primaries::hdr_to_rec709;
-use super::{Image, ImageError, exr_read, srgb_decode};
+use super::{Image, ImageError, exr_read, srgb_decode, unheeded};
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use glam::DVec3;
 use std::io::Cursor;
@@ -30,6 +30,8 @@ pub struct Picture {
     pub translucent: usize,
     /// What was made of a data window that is not the display window (EXR), in words.
     pub window: Option<String>,
+    /// What the file says of its colours or pixels that is not followed, in words.
+    pub unheeded: Vec<String>,
 }
 
 impl Picture {
@@ -48,7 +50,7 @@ impl Picture {
 /// Reads an EXR, Radiance HDR, PNG or JPEG file as linear RGB.
 ///
 /// The format is told by the first bytes. 8- and 16-bit files are decoded from sRGB; gray is spread
-/// over the channels; alpha, colour profiles and metadata are ignored, but for the chromaticities of EXR files and the exposure and
+/// over the channels; alpha, colour profiles and metadata are not followed ([`Picture::unheeded`] tells of them), but for the chromaticities of EXR files and the exposure and
 /// primaries of Radiance files. `FILE#layer` names a layer of an EXR file. Non-finite values are kept: see [`super::sanitise`].
 pub fn read(path: &Path) -> Result<Image, ImageError> {
     Ok(read_picture(path)?.into_linear())
@@ -82,6 +84,7 @@ pub(crate) fn decode_bytes(
                 encoding: Encoding::Linear,
                 translucent: picture.translucent,
                 window: picture.window,
+                unheeded: picture.unheeded,
             });
         }
         [b'#', b'?', ..] => {
@@ -90,6 +93,7 @@ pub(crate) fn decode_bytes(
                 encoding: Encoding::Linear,
                 translucent: 0,
                 window: None,
+                unheeded: Vec::new(),
             });
         }
         [0x89, b'P', b'N', b'G', ..] => decode(path, bytes, ImageFormat::Png)?,
@@ -104,6 +108,7 @@ pub(crate) fn decode_bytes(
         encoding: Encoding::Srgb,
         translucent: translucent_pixels(&picture),
         window: None,
+        unheeded: unheeded(bytes),
     })
 }
 
@@ -116,7 +121,8 @@ fn file_and_layer(path: &Path) -> (PathBuf, Option<String>) {
     }
 }
 
-fn translucent_pixels(picture: &DynamicImage) -> usize {
+/// How many pixels are not opaque.
+pub(crate) fn translucent_pixels(picture: &DynamicImage) -> usize {
     match picture.color().has_alpha() {
         true => picture
             .to_rgba16()
@@ -147,7 +153,8 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
             height,
         });
     }
-    holds((width, height), bytes.len()).map_err(|why| ImageError::decode(path, name, why))?;
+    holds((width, height), bytes.len(), pixels_a_byte(format))
+        .map_err(|why| ImageError::decode(path, name, why))?;
     if format == ImageFormat::Jpeg && is_cut_jpeg(bytes) {
         return Err(ImageError::decode(path, name, "the file is cut short"));
     }

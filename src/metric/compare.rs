@@ -69,9 +69,9 @@ pub struct Comparison {
     pub negative: usize,
     /// Pixels that are not opaque, of both files together: their alpha is left out. 0 for images in memory.
     pub translucent: usize,
-    /// What was made of data windows of EXR files that are not their display windows.
+    /// What was made of the files, or is not followed of them: windows, profiles, gammas.
     #[serde(skip)]
-    pub windows: Vec<String>,
+    pub notes: Vec<String>,
     /// Mean absolute error, on the same values as `rmse`.
     pub mae: f64,
     /// `relmse` without the worst 0.1 % of the pixels.
@@ -155,7 +155,7 @@ pub fn compare(
         non_finite: replaced.iter().map(|counts| counts.non_finite).sum(),
         negative: replaced.iter().map(|counts| counts.negative).sum(),
         translucent: 0,
-        windows: Vec::new(),
+        notes: Vec::new(),
         mae: errors.mae,
         relmse_trimmed: errors.relmse_trimmed,
         relmse_display: shown.relmse,
@@ -186,10 +186,16 @@ pub fn compare_files(
     test: &Path,
     options: &CompareOptions,
 ) -> Result<Comparison, MetricError> {
+    let paths = [reference, test];
     let [reference, test] = [read_picture(reference)?, read_picture(test)?];
     let translucent = reference.translucent + test.translucent;
-    let windows = [reference.window, test.window].into_iter().flatten();
-    let windows = windows.collect();
+    let notes = paths.iter().zip([&reference, &test]);
+    let notes = notes
+        .flat_map(|(path, picture)| {
+            let all = picture.window.iter().chain(&picture.unheeded);
+            all.map(|note| format!("{}: {note}", path.display()))
+        })
+        .collect();
     let (mut reference, reference_encoding) = (reference.image, reference.encoding);
     let (mut test, test_encoding) = (test.image, test.encoding);
     let mut options = options.clone();
@@ -207,7 +213,7 @@ pub fn compare_files(
     let compared = compare(&reference, &test, &options)?;
     Ok(Comparison {
         translucent,
-        windows,
+        notes,
         ..compared
     })
 }

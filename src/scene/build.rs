@@ -1,18 +1,17 @@
 //! From a description to triangles in f32 around the origin.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::{DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::geometry::{Loaded, Numbered, WorldShape, is_degenerate, load_together};
-use super::texture::estimated_bytes;
 use super::{
-    LightKind, Material, Needs, PointLight, SceneDescription, SceneError, ShapeSource, Texture,
-    TextureDescription, View,
+    BuildReport, Material, Needs, PointLight, SceneDescription, SceneError, ShapeSource, Texture,
+    View,
 };
-use crate::environment::{Environment, EnvironmentDescription, EnvironmentError};
+use crate::environment::Environment;
 
 /// What the diagonal of a scene is taken for whose unit nobody declares: formulas in metres then do not
 /// depend on the unit, and a room of about this size gets what it would get if it were declared.
@@ -113,64 +112,6 @@ impl Shape {
     }
 }
 
-/// What loading found, repaired, dropped and cost.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct BuildReport {
-    /// Triangles of all shapes that were kept.
-    pub triangles: usize,
-    /// Vertices of all shapes.
-    pub vertices: usize,
-    /// Triangles without area, before or after positions were rounded to f32.
-    pub dropped_degenerate: usize,
-    /// Triangles with a corner that is infinite or not a number.
-    pub dropped_non_finite: usize,
-    /// Vertex normals that were no direction and were replaced.
-    pub repaired_normals: usize,
-    /// Triangles whose winding contradicted all three of their vertex normals.
-    pub reoriented: usize,
-    /// Shapes, textures and maps whose file is absent.
-    pub absent: Vec<String>,
-    /// Dropped or approximated features, from the loader and from building.
-    pub notes: Vec<String>,
-    /// Positions, indices and what is always loaded.
-    pub geometry_bytes: usize,
-    /// Texels of the textures that were read.
-    pub texture_bytes: usize,
-    /// The map with its tables for sampling.
-    pub environment_bytes: usize,
-    /// What each category takes or would take if it were asked for.
-    pub cost: CategoryBytes,
-}
-
-/// Bytes by what a technique may or may not need.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct CategoryBytes {
-    /// Positions, indices and the table of shapes: always loaded.
-    pub geometry: usize,
-    /// Vertex normals.
-    pub normals: usize,
-    /// Texture coordinates.
-    pub uvs: usize,
-    /// The table of materials, without textures.
-    pub materials: usize,
-    /// Texels.
-    pub textures: usize,
-    /// The map with its tables for sampling; an estimate where it was not loaded.
-    pub environment: usize,
-}
-
-impl CategoryBytes {
-    /// Bytes that a technique with these needs has loaded.
-    pub fn of(&self, needs: Needs) -> usize {
-        let part = |wanted: bool, bytes: usize| if wanted { bytes } else { 0 };
-        self.geometry
-            + part(needs.normals, self.normals)
-            + part(needs.materials, self.uvs + self.materials)
-            + part(needs.textures, self.textures)
-            + part(needs.environment, self.environment)
-    }
-}
-
 impl Scene {
     /// Reads what `needs` asks for. Absent mesh or texture files are reported and left out (the
     /// texture becomes reflectance 0.5); a file that exists but is damaged is an error.
@@ -196,6 +137,9 @@ impl Scene {
         for view in &mut scene.views {
             view.origin -= scene.origin;
         }
+        let clips = description.clips.iter();
+        let notes: Vec<String> = clips.filter_map(|clip| clip.note(&scene)).collect();
+        scene.report.notes.extend(notes);
         scene.add_materials(description, needs)?;
         scene.add_lights(description, needs)?;
         Ok(scene)
@@ -384,111 +328,6 @@ impl Scene {
         }
         Ok(())
     }
-
-    fn add_materials(
-        &mut self,
-        description: &SceneDescription,
-        needs: Needs,
-    ) -> Result<(), SceneError> {
-        self.report.cost.materials = size_of_val(&description.materials[..]);
-        let used = used_textures(description, &self.shapes);
-        self.report.cost.textures = used
-            .iter()
-            .filter_map(|&i| estimated_bytes(&description.textures[i]))
-            .sum();
-        if !needs.materials {
-            return Ok(());
-        }
-        self.materials = description.materials.clone();
-        self.textures = vec![Texture::default(); description.textures.len()];
-        if !needs.textures {
-            return Ok(());
-        }
-        let is_present = |t: &TextureDescription| t.path().is_none_or(|p| p.exists());
-        let loaded: Vec<(usize, Option<Result<Texture, SceneError>>)> = used
-            .into_par_iter()
-            .map(|i| {
-                let texture = &description.textures[i];
-                (i, is_present(texture).then(|| Texture::load(texture)))
-            })
-            .collect();
-        for (i, result) in loaded {
-            match result {
-                Some(texture) => self.textures[i] = texture?,
-                None => {
-                    let path = description.textures[i].path().unwrap_or("".as_ref());
-                    let message = format!("texture {} is absent: 0.5 instead", path.display());
-                    self.report.absent.push(message);
-                }
-            }
-        }
-        let notes = self.textures.iter().filter_map(Texture::note);
-        self.report.notes.extend(notes.map(str::to_owned));
-        self.report.texture_bytes = self.textures.iter().map(Texture::bytes).sum();
-        self.report.cost.textures = self.report.texture_bytes;
-        Ok(())
-    }
-
-    fn add_lights(
-        &mut self,
-        description: &SceneDescription,
-        needs: Needs,
-    ) -> Result<(), SceneError> {
-        if needs.emitters {
-            let lights = description.lights.iter().map(|light| &light.kind);
-            let (dark, lit): (Vec<&LightKind>, Vec<&LightKind>) =
-                lights.partition(|light| *light.strength() == [0.0; 3]);
-            self.set_lights_without_extent(lit);
-            let dark = dark.len();
-            if dark > 0 {
-                let note = format!("lights of no strength are left out: {dark}");
-                self.report.notes.push(note);
-            }
-        } else if needs.environment && !description.lights.is_empty() {
-            let note =
-                "point, spot and directional lights are left out: light is the environment's";
-            self.report.notes.push(note.into());
-        }
-        let Some(environment) = &description.environment else {
-            return Ok(());
-        };
-        if let EnvironmentDescription::Map { path, .. } = environment {
-            let map = TextureDescription::file(path.clone());
-            self.report.cost.environment = estimated_bytes(&map).unwrap_or(0);
-            if !path.exists() {
-                if needs.environment {
-                    let shown = path.display();
-                    let message = format!("environment map {shown} is absent: no light from it");
-                    self.report.absent.push(message);
-                }
-                return Ok(());
-            }
-        }
-        if needs.environment {
-            self.load_environment(environment)?;
-        }
-        Ok(())
-    }
-
-    fn load_environment(&mut self, declared: &EnvironmentDescription) -> Result<(), SceneError> {
-        let environment = Environment::from_description(declared).map_err(|error| match error {
-            EnvironmentError::Read { path, message } => SceneError::File {
-                file: path,
-                message,
-            },
-            other => SceneError::Scene {
-                scene: self.name.clone(),
-                message: other.to_string(),
-            },
-        })?;
-        if let Some(note) = environment.sanitised.note() {
-            self.report.notes.push(note);
-        }
-        self.report.environment_bytes = environment.bytes();
-        self.report.cost.environment = environment.bytes();
-        self.environment = Some(environment);
-        Ok(())
-    }
 }
 
 /// Loads all shapes in parallel; the results and the first error are in the order of the description.
@@ -532,21 +371,4 @@ fn load_shapes(
         }
     }
     Ok(shapes)
-}
-
-/// Textures of the materials of the shapes that have triangles.
-fn used_textures(description: &SceneDescription, shapes: &[Shape]) -> Vec<usize> {
-    let materials: BTreeSet<u32> = shapes
-        .iter()
-        .filter(|s| s.triangle_count > 0)
-        .map(|s| s.material)
-        .collect();
-    let used = materials
-        .into_iter()
-        .filter_map(|i| description.materials.get(i as usize));
-    let textures: BTreeSet<usize> = used.flat_map(Material::textures).collect();
-    textures
-        .into_iter()
-        .filter(|&i| i < description.textures.len())
-        .collect()
 }

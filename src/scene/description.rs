@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use glam::{DMat4, DVec3};
 
+use super::clip::Clip;
 use super::motion::MotionDescription;
 use super::path::CameraPath;
 use super::{GltfFile, Material, View, Wrap};
@@ -33,6 +34,8 @@ pub struct SceneDescription {
     pub hides_lights: bool,
     /// Cameras by name; the first one is the default.
     pub views: Vec<View>,
+    /// What the cameras of other programs would cut away.
+    pub clips: Vec<Clip>,
     /// Everything with triangles, emitters of light included.
     pub shapes: Vec<ShapeDescription>,
     /// Index 0 is used by shapes that name no material.
@@ -193,6 +196,8 @@ pub struct TextureDescription {
     pub uv_offset: [f32; 2],
     /// On the colours looked up.
     pub factor: [f32; 3],
+    /// Added to the colours after the factor; then they are clamped to [0, 1]. `None`: neither.
+    pub base: Option<[f32; 3]>,
     /// Gives the alpha channel (1 where the file has none) instead of the colours.
     pub alpha: Option<Alpha>,
 }
@@ -247,6 +252,7 @@ impl TextureDescription {
             uv_turn_rad: 0.0,
             uv_offset: [0.0; 2],
             factor: [1.0; 3],
+            base: None,
             alpha: None,
         }
     }

@@ -40,6 +40,8 @@ pub(super) struct MtlMap {
     pub clamp: bool,
     /// Factor on its values: the second number of `-mm`.
     pub gain: f32,
+    /// Added to its values after that: the first number of `-mm`.
+    pub base: f32,
     /// Options that would change the look and are left out.
     pub left_out: Vec<String>,
 }
@@ -52,6 +54,7 @@ impl Default for MtlMap {
             offset: [0.0; 2],
             clamp: false,
             gain: 1.0,
+            base: 0.0,
             left_out: Vec::new(),
         }
     }
@@ -115,7 +118,13 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
     }
     let mut by_name = HashMap::new();
     for material in &declared {
-        by_name.entry(material.name.as_str()).or_insert(material);
+        let first = *by_name.entry(material.name.as_str()).or_insert(material);
+        if first != material && used.contains(&material.name.as_str()) {
+            let name = &material.name;
+            notes.push(format!(
+                "material `{name}` is declared again: the first one counts"
+            ));
+        }
     }
     let lines = text.lines().map(str::trim_start);
     let mut until_first = lines.take_while(|l| value_of(l, "usemtl").is_none());
@@ -204,6 +213,10 @@ fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMateria
                     notes.extend(map.left_out.iter().map(|what| note(what)));
                     match keyword {
                         "map_Kd" => material.diffuse_map = Some(map),
+                        _ if map.base != 0.0 => {
+                            notes.push(note("the base value of `-mm` is left out"));
+                            material.opacity_map = Some(map);
+                        }
                         _ => material.opacity_map = Some(map),
                     }
                 }),
@@ -343,10 +356,7 @@ impl MtlMap {
                 "-o" => map.offset = pair(0.0),
                 "-mm" => {
                     map.gain = numbers.get(1).copied().unwrap_or(1.0);
-                    if numbers.first().is_some_and(|&base| base != 0.0) {
-                        map.left_out
-                            .push("the base value of `-mm` is left out".into());
-                    }
+                    map.base = numbers.first().copied().unwrap_or(0.0);
                 }
                 "-t" if numbers.iter().any(|&n| n != 0.0) => {
                     map.left_out
@@ -366,6 +376,11 @@ impl MtlMap {
 }
 
 impl MtlMap {
+    /// Whether `-mm` makes other values of those of the picture.
+    pub fn changes_values(&self) -> bool {
+        (self.base, self.gain) != (0.0, 1.0)
+    }
+
     /// An option that is a word.
     fn word(&mut self, option: &str, word: &str) {
         match (option, word) {

@@ -5,7 +5,10 @@
 //! around the centre of the bounding box (in f64), and repairs or refuses what is broken.
 
 mod build;
+mod build_looks;
+mod build_report;
 mod check;
+mod clip;
 mod description;
 mod error;
 mod files;
@@ -38,8 +41,10 @@ pub mod track;
 mod transform;
 mod view;
 
-pub use build::{ASSUMED_DIAGONAL_M, BuildReport, CategoryBytes, Scene, Shape};
+pub use build::{ASSUMED_DIAGONAL_M, Scene, Shape};
+pub use build_report::{BuildReport, CategoryBytes};
 pub use check::{CheckedPath, CheckedView, SceneCheck, check_scene};
+pub use clip::Clip;
 pub use description::{
     Alpha, LightDescription, LightKind, SceneDescription, ShapeDescription, ShapeSource,
     TextureDescription, TextureSource,

@@ -41,9 +41,9 @@ pub(crate) const READERS: &[Reader] = &[
     }),
     ("ply", |bytes| told(parse_ply(bytes, Path::new(NOWHERE)))),
     ("serialized", |bytes| told(parse_serialized(bytes, 0))),
-    // PNG, JPEG, BMP and TGA.
+    // PNG, JPEG, BMP, and what is none of these as TGA.
     ("texture", |bytes| {
-        told(try_texture(bytes, Path::new(NOWHERE)))
+        told(try_texture(bytes, Path::new("/nowhere/bytes.tga")))
     }),
 ];
 

@@ -8,7 +8,9 @@ use glam::Vec2;
 
 use super::text::file_error;
 use super::{Alpha, SceneError, TextureDescription, TextureSource};
-use crate::image::{decoded, is_cut_jpeg, srgb_decode};
+use crate::image::{
+    decoded, holds, is_cut_jpeg, pixels_a_byte, srgb_decode, translucent_pixels, unheeded,
+};
 
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -40,9 +42,12 @@ pub struct Texture {
     uv_turn: Vec2,
     uv_offset: Vec2,
     factor: [f32; 3],
+    base: Option<[f32; 3]>,
     alpha: Option<Alpha>,
-    /// What of its file was replaced.
-    note: Option<String>,
+    /// What of its file was replaced or is not followed.
+    notes: Vec<String>,
+    /// Texels of its file that are not opaque, where their alpha is left out.
+    translucent: usize,
 }
 
 /// Texels of a file, the top row first.
@@ -51,7 +56,8 @@ struct Decoded {
     width: usize,
     height: usize,
     texels: Texels,
-    note: Option<String>,
+    notes: Vec<String>,
+    translucent: usize,
 }
 
 /// Texels as compactly as the file allows.
@@ -90,14 +96,21 @@ impl Texture {
             uv_turn: Vec2::X,
             uv_offset: Vec2::ZERO,
             factor: [1.0; 3],
+            base: None,
             alpha: None,
-            note: None,
+            notes: Vec::new(),
+            translucent: 0,
         }
     }
 
-    /// What of its file was left out or replaced, if anything was.
-    pub(super) fn note(&self) -> Option<&str> {
-        self.note.as_deref()
+    /// What of its file was left out or replaced.
+    pub(super) fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// How many texels of its file are not opaque, where their alpha is left out.
+    pub(super) fn translucent(&self) -> usize {
+        self.translucent
     }
 
     /// Reads what is described: PNG, JPEG, BMP, TGA, Radiance HDR, or the RGB channels of an EXR.
@@ -113,31 +126,42 @@ impl Texture {
                 width: 2,
                 height: 2,
                 texels: Texels::Float(vec![*a, *b, *b, *a]),
-                note: None,
+                ..Decoded::default()
             },
         };
         Ok(Self {
             width: decoded.width,
             height: decoded.height,
             texels: decoded.texels,
-            note: decoded.note,
+            notes: decoded.notes,
+            translucent: decoded.translucent,
             nearest: description.nearest,
             wrap: description.wrap,
             uv_scale: Vec2::from(description.uv_scale),
             uv_turn: Vec2::from_angle(description.uv_turn_rad),
             uv_offset: Vec2::from(description.uv_offset),
             factor: description.factor,
+            base: description.base,
             alpha: description.alpha,
         })
     }
 
-    /// Linear RGB at texture coordinates, times the factor, or the alpha three times; (0, 0) is the bottom
+    /// Linear RGB at texture coordinates, times the factor and with what is added, or the alpha three times; (0, 0) is the bottom
     /// left corner of the image. Non-finite coordinates give some texel.
     pub fn lookup(&self, uv: Vec2) -> [f32; 3] {
         let texel = self.filtered(uv);
         match &self.alpha {
             Some(alpha) => texel.map(|value| alpha.of(value)),
-            None => std::array::from_fn(|c| texel[c] * self.factor[c]),
+            None => self.coloured(texel),
+        }
+    }
+
+    /// A texel times the factor, and what is added to it.
+    fn coloured(&self, texel: [f32; 3]) -> [f32; 3] {
+        let scaled = std::array::from_fn(|c| texel[c] * self.factor[c]);
+        match self.base {
+            Some(base) => std::array::from_fn(|c| (scaled[c] + base[c]).clamp(0.0, 1.0)),
+            None => scaled,
         }
     }
 
@@ -162,7 +186,7 @@ impl Texture {
         })
     }
 
-    /// Mean of all texels, times the factor.
+    /// Mean of all texels, times the factor, with what is added.
     pub fn mean(&self) -> [f32; 3] {
         let mut sum = [0.0_f64; 3];
         for row in 0..self.height as i64 {
@@ -172,7 +196,7 @@ impl Texture {
             }
         }
         let count = (self.width * self.height) as f64;
-        std::array::from_fn(|c| (sum[c] / count) as f32 * self.factor[c])
+        self.coloured(sum.map(|channel| (channel / count) as f32))
     }
 
     /// Bytes of the texels.
@@ -244,13 +268,24 @@ fn decode_texels(
     let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
     let mut whole = Vec::new();
     bytes.read_to_end(&mut whole).map_err(|e| fail(&e))?;
-    let reader = image::ImageReader::new(Cursor::new(&whole));
-    let reader = reader.with_guessed_format().map_err(|e| fail(&e))?;
-    if reader.format() == Some(image::ImageFormat::Jpeg) && is_cut_jpeg(&whole) {
+    // Nothing in a TGA file says what it is.
+    let tga = || image::ImageFormat::from_path(path).ok();
+    let tga = || tga().filter(|format| *format == image::ImageFormat::Tga);
+    let format = image::guess_format(&whole).ok().or_else(tga);
+    let format = format.ok_or_else(|| {
+        fail(&"neither PNG, JPEG, BMP nor TGA (told by the first bytes, TGA by the name)")
+    })?;
+    if format == image::ImageFormat::Jpeg && is_cut_jpeg(&whole) {
         return Err(fail(&"the file is cut short"));
     }
-    let image = decoded(|| reader.decode().map_err(|e| e.to_string()));
+    let reader = || image::ImageReader::with_format(Cursor::new(&whole), format);
+    let size = reader().into_dimensions().map_err(|e| fail(&e))?;
+    let size = (size.0 as usize, size.1 as usize);
+    holds(size, whole.len(), pixels_a_byte(format)).map_err(|why| fail(&why))?;
+    let image = decoded(|| reader().decode().map_err(|e| e.to_string()));
     let image = image.map_err(|why| fail(&why))?;
+    let place = |note: String| format!("{}: {note}", path.display());
+    let notes = unheeded(&whole).into_iter().map(place).collect();
     let (width, height) = (image.width() as usize, image.height() as usize);
     if width == 0 || height == 0 {
         return Err(fail(&"the image is empty"));
@@ -261,9 +296,11 @@ fn decode_texels(
             width,
             height,
             texels: Texels::Linear8(alphas),
-            note: None,
+            notes,
+            translucent: 0,
         });
     }
+    let translucent = translucent_pixels(&image);
     use image::ColorType::{L8, La8, Rgb8, Rgba8};
     let texels = if matches!(image.color(), L8 | La8 | Rgb8 | Rgba8) {
         let pixels = image.to_rgb8().pixels().map(|p| p.0).collect();
@@ -286,7 +323,8 @@ fn decode_texels(
         width,
         height,
         texels,
-        note: None,
+        notes,
+        translucent,
     })
 }
 
@@ -294,8 +332,10 @@ fn decode_texels(
 fn load_linear(path: &Path) -> Result<Decoded, SceneError> {
     let picture = crate::image::read_picture(path);
     let picture = picture.map_err(|e| file_error(path, e.to_string()))?;
-    let note = picture.window.as_ref();
-    let note = note.map(|window| format!("{}: {window}", path.display()));
+    let notes = picture.window.iter().chain(&picture.unheeded);
+    let notes = notes.map(|note| format!("{}: {note}", path.display()));
+    let notes = notes.collect();
+    let translucent = picture.translucent;
     let image = picture.into_linear();
     if image.pixels.is_empty() {
         return Err(file_error(path, "the image is empty"));
@@ -304,7 +344,8 @@ fn load_linear(path: &Path) -> Result<Decoded, SceneError> {
         width: image.width,
         height: image.height,
         texels: Texels::Float(image.pixels),
-        note,
+        notes,
+        translucent,
     })
 }
 
@@ -363,6 +404,35 @@ mod tests {
             1.5,
             "wraps to the other side"
         );
+    }
+
+    #[test]
+    fn tga_files_are_known_by_their_name() {
+        let picture = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
+        let mut bytes = Cursor::new(Vec::new());
+        let tga = image::ImageFormat::Tga;
+        picture.write_to(&mut bytes, tga).expect("memory");
+        let bytes = bytes.into_inner();
+        try_texture(&bytes, Path::new("a.TGA")).unwrap();
+        let error = try_texture(&bytes, Path::new("a.png"))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("TGA by the name"), "{error}");
+        let mut large = bytes.clone();
+        large[12..16].fill(0x7f);
+        let error = try_texture(&large, Path::new("a.tga"))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("too few"), "{error}");
+    }
+
+    #[test]
+    fn what_is_added_is_added_after_the_factor() {
+        let mut texture = Texture::constant([0.5, 1.0, 0.0]);
+        texture.factor = [0.5; 3];
+        texture.base = Some([0.2, 0.8, 0.0]);
+        assert_eq!(texture.lookup(Vec2::ZERO), [0.45, 1.0, 0.0]);
+        assert_eq!(texture.mean(), [0.45, 1.0, 0.0]);
     }
 
     #[test]

@@ -20,6 +20,10 @@ impl SceneDescription {
             view.up = turn * view.up;
             view.forward = turn * view.forward;
         }
+        for clip in &mut self.clips {
+            clip.near *= scale;
+            clip.far *= scale;
+        }
         for path in &mut self.paths {
             path.transformed(all);
         }

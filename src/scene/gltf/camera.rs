@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::Importer;
 use super::document::named;
 use super::node::Placed;
-use crate::scene::{FovAxis, SceneError, View};
+use crate::scene::{Clip, FovAxis, SceneError, View};
 
 /// Rows of a view, and columns of one whose aspect ratio is not given.
 const HEIGHT: usize = 720;
@@ -50,6 +50,11 @@ impl Importer<'_> {
         let name = self.camera_name(camera, index, placed.node);
         let index = self.scene.views.len();
         self.carried(placed).views.push(index);
+        self.scene.clips.push(Clip {
+            view: index,
+            near: f64::from(perspective.znear),
+            far: perspective.zfar.map_or(f64::INFINITY, f64::from),
+        });
         self.scene.views.push(View {
             name,
             origin: axis(3),

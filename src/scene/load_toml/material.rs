@@ -95,6 +95,10 @@ impl Loader {
         let diffuse_map = diffuse_map.map(|map| TextureDescription {
             // As the specification has it; without `Kd` a map is shown as it is.
             factor: mtl.diffuse.unwrap_or([1.0; 3]).map(|d| d * map.gain),
+            base: map.changes_values().then(|| {
+                let diffuse = mtl.diffuse.unwrap_or([1.0; 3]);
+                diffuse.map(|d| d * map.base)
+            }),
             ..texture(map)
         });
         let colour = mtl.diffuse.unwrap_or([DEFAULT_DIFFUSE; 3]);

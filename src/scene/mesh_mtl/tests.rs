@@ -79,7 +79,10 @@ fn options_of_maps_are_followed() {
     );
     assert_eq!(map("-mm 0 1 wood 2.png").file, Path::new("d/wood 2.png"));
     let dimmed = map("-mm 0.1 0.5 -t 1 -cc on -imfchan l a.png");
-    assert_eq!((dimmed.gain, dimmed.left_out.len()), (0.5, 3));
+    assert_eq!(
+        (dimmed.gain, dimmed.base, dimmed.left_out.len()),
+        (0.5, 0.1, 2)
+    );
     assert!(map("-t 0 0 0 -mm 0 2 -cc off a.png").left_out.is_empty());
 }
 
@@ -93,7 +96,8 @@ fn what_would_bend_or_colour_what_passes_is_told() {
         ("Ks 0.5\nillum 1", vec!["`illum 1`"]),
         ("Ks 0\nillum 1", vec![]),
         ("illum 10", vec!["`illum 10`"]),
-        ("map_Kd -mm 0.2 1 a.png", vec!["`-mm`"]),
+        ("map_Kd -mm 0.2 1 a.png", vec![]),
+        ("map_d -mm 0.2 1 a.png", vec!["`-mm`"]),
     ] {
         for text in [
             format!("newmtl a\n{text}\nnewmtl b\n"),
@@ -146,4 +150,25 @@ fn several_libraries_may_stand_on_a_line_and_names_may_have_blanks() {
         assert_eq!((found[0], found[3]), (red, red));
         assert_eq!(materials.len(), 2, "nothing has the third");
     }
+}
+
+#[test]
+fn of_two_materials_of_one_name_the_first_counts_and_that_is_told() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+    let faces = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+    write("m.obj", faces);
+    for (other, told) in [("newmtl red\nKd 0 1 0\n", 1), ("newmtl red\nKd 1 0 0\n", 0)] {
+        write("a.mtl", &format!("newmtl red\nKd 1 0 0\n{other}"));
+        let (materials, notes) = materials_of(&place.path().join("m.obj")).unwrap();
+        assert_eq!(materials[0].diffuse, Some([1.0, 0.0, 0.0]));
+        assert_eq!(notes.len(), told, "{notes:?}");
+    }
+}
+
+#[test]
+fn the_base_value_of_opacity_is_told() {
+    let (_, notes) = parsed("newmtl a\nmap_Kd -mm 0.1 0.5 a.png\nmap_d -mm 0.1 0.5 a.png\n");
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert!(notes[0].contains(":3: the base value"), "{notes:?}");
 }

@@ -12,7 +12,7 @@ use crate::scene::SceneError;
 impl<'a> Importer<'a> {
     pub(super) fn emitter(&mut self, element: &'a Element) -> Result<(), SceneError> {
         element.used.set(true);
-        element.child("sampling_weight");
+        self.sampling_weight(element)?;
         let to_world = match element.child("to_world") {
             Some(t) => transform(t)?,
             None => DMat4::IDENTITY,
@@ -62,6 +62,17 @@ impl<'a> Importer<'a> {
             (_, None) => {}
         }
         self.scene.environment = Some(environment);
+    }
+
+    /// How often light is sampled changes nothing, but that a weight of 0 puts out what no path meets.
+    pub(super) fn sampling_weight(&mut self, element: &'a Element) -> Result<(), SceneError> {
+        if element.float("sampling_weight")? == Some(0.0) {
+            let kind = element.kind();
+            self.note(format!(
+                "the sampling_weight of 0 of emitter `{kind}` is ignored: it shines"
+            ));
+        }
+        Ok(())
     }
 
     pub(super) fn emitted(

@@ -253,8 +253,8 @@ fn is_free<'a>(
 mod tests {
     use std::path::Path;
 
-    use super::super::element::parse_document;
     use super::super::import;
+    use super::super::parse::parse_document;
 
     fn load(text: &str) -> Result<Vec<String>, String> {
         let text = format!("<scene version='3.0.0'><sensor type='perspective'/>\n{text}</scene>");

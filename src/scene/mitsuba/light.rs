@@ -124,8 +124,8 @@ fn keeps_angles(transform: &DMat4) -> bool {
 mod tests {
     use std::path::Path;
 
-    use super::super::element::parse_document;
     use super::super::import;
+    use super::super::parse::parse_document;
     use super::*;
 
     fn load(emitters: &str) -> Result<(Vec<LightDescription>, Vec<String>), String> {

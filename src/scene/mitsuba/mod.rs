@@ -12,6 +12,7 @@ mod element;
 mod emitter;
 mod known_names;
 mod light;
+mod parse;
 mod sensor;
 mod shape;
 mod spectrum;
@@ -21,7 +22,8 @@ mod transform;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use element::{Document, Element, parse_document, read_document};
+use element::Element;
+use parse::{Document, parse_document, read_document};
 
 use super::text::{advice, decoded_xml, file_error};
 use super::{Material, SceneDescription, SceneError};

@@ -5,10 +5,14 @@ use glam::DVec3;
 use super::Importer;
 use super::element::Element;
 use super::transform::transform;
-use crate::scene::{FovAxis, SceneError, View};
+use crate::scene::{Clip, FovAxis, SceneError, View};
 
 /// Mitsuba's film size where none is given.
 const DEFAULT_SIZE: [usize; 2] = [768, 576];
+
+/// Depths between which Mitsuba's cameras see where nothing else is said.
+const NEAR: f64 = 0.01;
+const FAR: f64 = 10_000.0;
 
 impl<'a> Importer<'a> {
     pub(super) fn sensor(&mut self, element: &'a Element) -> Result<(), SceneError> {
@@ -22,13 +26,7 @@ impl<'a> Importer<'a> {
                 return Ok(());
             }
         }
-        for ignored in [
-            "near_clip",
-            "far_clip",
-            "focus_distance",
-            "shutter_open",
-            "shutter_close",
-        ] {
+        for ignored in ["focus_distance", "shutter_open", "shutter_close"] {
             element.child(ignored);
         }
         element.tagged("sampler").for_each(Element::mark_all);
@@ -53,6 +51,11 @@ impl<'a> Importer<'a> {
                 .id()
                 .map_or_else(|| format!("view{}", n + 1), str::to_owned),
         };
+        self.scene.clips.push(Clip {
+            view: self.scene.views.len(),
+            near: element.float("near_clip")?.unwrap_or(NEAR),
+            far: element.float("far_clip")?.unwrap_or(FAR),
+        });
         self.scene.views.push(View {
             name,
             origin: axis(3),

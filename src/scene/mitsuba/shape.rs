@@ -21,6 +21,10 @@ impl<'a> Importer<'a> {
             // Only its instances are visible.
             "shapegroup" => return Ok(()),
             "instance" => return self.instance(element, outer),
+            "merge" => {
+                let mut shapes = self.nested(element, "shape")?.into_iter();
+                return shapes.try_for_each(|shape| self.shape(shape, outer));
+            }
             _ => {}
         }
         let Some(source) = self.source(element)? else {
@@ -184,7 +188,7 @@ impl<'a> Importer<'a> {
             ));
             return Ok((None, None));
         }
-        emitter.child("sampling_weight");
+        self.sampling_weight(emitter)?;
         let Some(radiance) = emitter.child("radiance") else {
             return Ok((Some([1.0; 3]), None));
         };

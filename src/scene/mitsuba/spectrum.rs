@@ -29,8 +29,7 @@ pub(super) fn colour(element: &Element, bounded: bool) -> Result<[f32; 3], Scene
     let result = match element.tag.as_str() {
         "srgb" => srgb(element)?,
         "blackbody" => blackbody(element)?,
-        // Daylight is the white of Rec.709.
-        "spectrum" if element.kind() == "d65" => [element.float("scale")?.unwrap_or(1.0); 3],
+        "spectrum" | "texture" if !element.kind().is_empty() => of_plugin(element, bounded)?,
         "spectrum" if element.attribute("filename").is_some() => {
             let pairs = spectrum_file(element)?;
             of_spectrum(&pairs, bounded)
@@ -52,6 +51,65 @@ pub(super) fn colour(element: &Element, bounded: bool) -> Result<[f32; 3], Scene
         return Err(element.error("the colour is not finite"));
     }
     Ok(result.map(|v| v as f32))
+}
+
+/// A spectrum that is a plugin.
+fn of_plugin(element: &Element, bounded: bool) -> Result<[f64; 3], SceneError> {
+    Ok(match element.kind() {
+        // Daylight is the white of Rec.709.
+        "d65" => match element.child("color") {
+            Some(inner) => colour(inner, bounded)?.map(f64::from),
+            None => [element.float("scale")?.unwrap_or(1.0); 3],
+        },
+        "uniform" => [element.float("value")?.unwrap_or(1.0); 3],
+        "srgb" | "rgb" => match element.child("color") {
+            Some(inner) => colour(inner, bounded)?.map(f64::from),
+            None => return Err(element.error("a colour needs a `color`")),
+        },
+        "regular" => {
+            let values = list(element, "values")?;
+            let [first, last] = [("min", 360.0), ("max", 830.0)].map(|(end, default)| {
+                let named = |word: &str| element.float(&format!("{word}_{end}"));
+                let found = named("wavelength").and_then(|w| Ok(w.or(named("lambda")?)));
+                found.map(|w| w.unwrap_or(default))
+            });
+            let (first, last) = (first?, last?);
+            let step = (last - first) / (values.len().max(2) - 1) as f64;
+            let pairs = values.iter().enumerate();
+            let pairs = pairs.map(|(i, v)| [first + step * i as f64, *v]).collect();
+            of_spectrum(&increasing(element, pairs)?, bounded)
+        }
+        "irregular" => {
+            let [wavelengths, values] = [list(element, "wavelengths")?, list(element, "values")?];
+            if wavelengths.len() != values.len() {
+                let message = format!(
+                    "{} wavelengths have {} values",
+                    wavelengths.len(),
+                    values.len()
+                );
+                return Err(element.error(message));
+            }
+            let pairs = wavelengths.into_iter().zip(values);
+            let pairs = pairs.map(<[f64; 2]>::from).collect();
+            of_spectrum(&increasing(element, pairs)?, bounded)
+        }
+        "blackbody" => match element.float("temperature")? {
+            Some(temperature) if temperature > 0.0 => planck(temperature, 1.0),
+            _ => return Err(element.error("a black body needs a `temperature` above 0, in kelvin")),
+        },
+        other => {
+            let known = "d65, uniform, srgb, regular, irregular and blackbody are read";
+            return Err(element.error(format!("the spectrum `{other}` is not read here: {known}")));
+        }
+    })
+}
+
+/// The numbers of a string parameter.
+fn list(element: &Element, name: &str) -> Result<Vec<f64>, SceneError> {
+    match element.child(name) {
+        Some(child) => child.numbers("value"),
+        None => Err(element.error(format!("`{}` needs `{name}`", element.kind()))),
+    }
 }
 
 /// `#rrggbb` or three sRGB-coded numbers in [0, 1].
@@ -139,6 +197,11 @@ fn blackbody(element: &Element) -> Result<[f64; 3], SceneError> {
         Some(_) => element.numbers("scale")?.first().copied().unwrap_or(1.0),
         None => 1.0,
     };
+    Ok(planck(temperature, scale))
+}
+
+/// A black body of so many kelvin, times a scale.
+fn planck(temperature: f64, scale: f64) -> [f64; 3] {
     const SPEED: f64 = 299_792_458.0;
     const PLANCK: f64 = 6.626_070_15e-34;
     const BOLTZMANN: f64 = 1.380_649e-23;
@@ -151,7 +214,7 @@ fn blackbody(element: &Element) -> Result<[f64; 3], SceneError> {
         .map(|i| FIRST_NM + STEP_NM * f64::from(i))
         .map(|nm| [nm, radiance(nm)])
         .collect();
-    Ok(of_spectrum(&pairs, false))
+    of_spectrum(&pairs, false)
 }
 
 /// Linear Rec.709 of a piecewise linear spectrum (zero outside its ends), normalized so that a flat
@@ -207,7 +270,7 @@ fn interpolated(pairs: &[[f64; 2]], nm: f64) -> f64 {
 mod tests {
     use std::path::Path;
 
-    use super::super::element::parse_document;
+    use super::super::parse::parse_document;
     use super::*;
 
     fn of(xml: &str) -> [f32; 3] {
@@ -244,6 +307,37 @@ mod tests {
             [10.0; 3]
         );
         assert_eq!(of("<spectrum type='d65'/>"), [1.0; 3]);
+    }
+
+    #[test]
+    fn spectra_may_be_plugins() {
+        let plugin =
+            |kind: &str, inner: &str| of(&format!("<spectrum type='{kind}'>{inner}</spectrum>"));
+        assert_eq!(
+            plugin("uniform", "<float name='value' value='3'/>"),
+            [3.0; 3]
+        );
+        assert_eq!(
+            plugin("srgb", "<rgb name='color' value='0.3 0.2 0.1'/>"),
+            [0.3, 0.2, 0.1]
+        );
+        let pairs = of("<spectrum value='400:1 500:2 600:3 700:4'/>");
+        let values = "<string name='values' value='1, 2, 3, 4'/>";
+        let ends =
+            "<float name='wavelength_min' value='400'/><float name='wavelength_max' value='700'/>";
+        assert_eq!(plugin("regular", &format!("{values}{ends}")), pairs);
+        let places = "<string name='wavelengths' value='400, 500, 600, 700'/>";
+        assert_eq!(plugin("irregular", &format!("{values}{places}")), pairs);
+        assert_eq!(
+            plugin("blackbody", "<float name='temperature' value='4000'/>"),
+            of("<blackbody temperature='4000'/>")
+        );
+        let refused = "<scene version='3.0.0'><spectrum type='discrete'/></scene>";
+        let document = parse_document(Path::new("s.xml"), refused).unwrap();
+        let error = colour(&document.root.children[0], false)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("`discrete` is not read here"), "{error}");
     }
 
     #[test]

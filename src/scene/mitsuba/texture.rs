@@ -40,6 +40,9 @@ impl<'a> Importer<'a> {
         }
         let mut scaled = self.scene.textures[index].clone();
         scaled.factor = std::array::from_fn(|c| scaled.factor[c] * factor[c]);
+        scaled.base = scaled
+            .base
+            .map(|base| std::array::from_fn(|c| base[c] * factor[c]));
         let textures = &mut self.scene.textures;
         let known = textures.iter().position(|texture| *texture == scaled);
         known.unwrap_or_else(|| {
@@ -99,6 +102,9 @@ impl<'a> Importer<'a> {
                 };
                 let value = self.colour_source(element, &[name], 1.0)?;
                 Ok((value, [1.0; 3]))
+            }
+            "regular" | "irregular" | "blackbody" => {
+                Ok((ColourSource::Constant(colour(element, true)?), [1.0; 3]))
             }
             other => {
                 element.mark_all();

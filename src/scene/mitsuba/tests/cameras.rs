@@ -132,3 +132,29 @@ fn integrators_and_filters_that_differ_are_noted() {
     assert_eq!(film("").len(), 1);
     assert_eq!(film("<rfilter type='box'/><integer name='crop_width' value='3'/><integer name='cropHeight' value='3'/>").len(), 1);
 }
+
+#[test]
+fn what_clipping_planes_would_cut_is_told() {
+    let notes = |near: f64| {
+        let sensor = format!(
+            "<sensor type='perspective'><float name='near_clip' value='{near}'/>\
+             <film type='hdrfilm'><rfilter type='box'/></film></sensor>"
+        );
+        let cube =
+            "<shape type='cube'><transform name='to_world'><translate z='5'/></transform></shape>";
+        let integrator =
+            "<integrator type='path'><integer name='max_depth' value='4'/></integrator>";
+        let scene = try_load("3.0.0", &format!("{sensor}{cube}{integrator}")).unwrap();
+        let built = crate::scene::Scene::build(&scene, crate::scene::Needs::GEOMETRY).unwrap();
+        let notes = built.report.notes.into_iter();
+        notes
+            .filter(|note| note.contains("from depth"))
+            .collect::<Vec<_>>()
+    };
+    assert!(notes(3.9).is_empty());
+    let told = notes(4.5);
+    assert!(
+        told[0].contains("view `main` sees from depth 4.5 to 10000"),
+        "{told:?}"
+    );
+}

@@ -47,3 +47,28 @@ fn emitters() {
     assert_eq!((path.as_path(), scale), (Path::new("dir/e.exr"), 2.0));
     assert!(to_world.transform_vector3(DVec3::Z).distance(DVec3::X) < 1e-12);
 }
+
+#[test]
+fn a_weight_of_0_is_told() {
+    let emitter = |weight: &str| {
+        load(
+            "3.0.0",
+            &format!(
+                "<emitter type='point'><float name='sampling_weight' value='{weight}'/></emitter>"
+            ),
+        )
+        .notes
+    };
+    assert!(emitter("0")[0].contains("sampling_weight of 0"));
+    assert!(emitter("0.5").is_empty());
+}
+
+#[test]
+fn lamps_shine_by_spectra_that_are_plugins() {
+    let scene = load(
+        "3.0.0",
+        "<shape type='cube'><emitter type='area'><spectrum name='radiance' type='uniform'>\
+         <float name='value' value='3'/></spectrum></emitter></shape>",
+    );
+    assert_eq!(scene.shapes[0].emission, Some([3.0; 3]));
+}

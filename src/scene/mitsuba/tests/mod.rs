@@ -8,7 +8,7 @@ mod shapes;
 
 use glam::{DMat4, DVec3};
 
-use super::element::parse_document;
+use super::parse::parse_document;
 use super::*;
 use crate::environment::{EnvironmentDescription, EnvironmentRows};
 use crate::scene::{

@@ -159,3 +159,13 @@ fn a_camera_without_up_is_turned_as_in_mitsuba() {
     let view = camera(&format!("<float name='fov' value='40'/>{transform}"));
     assert!(view.up.distance(DVec3::X) < 1e-12 && view.right.distance(DVec3::Y) < 1e-12);
 }
+
+#[test]
+fn merged_shapes_are_all_there() {
+    let scene = load(
+        "3.0.0",
+        "<shape type='merge'><shape type='cube'/><shape type='sphere'/></shape>",
+    );
+    assert_eq!(scene.shapes.len(), 2);
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+}
