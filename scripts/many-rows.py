@@ -2,7 +2,7 @@
 """Times `plan`, `merge` and `report` at many rows: `python3 scripts/many-rows.py target/release/lightbench [ROWS]`.
 
 One job of a large plan is run; all others get copies of its row with numbers of their own, dealt to four shards. Nothing
-else is rendered. Prints a row of a table for each verb: seconds, and the most memory that was held. It needs Linux and, for
+else is rendered. Prints a row of a table for each verb: seconds, seconds of processor time, and the most memory that was held. It needs Linux and, for
 10⁵ rows, 2 GB in the folder for temporary files.
 """
 
@@ -47,13 +47,14 @@ def timed(binary, *arguments, **options):
 
 
 def measured(binary, *arguments, **options):
-    """As `timed`, in a process of its own, so that the most memory of its children is that of the command."""
+    """As `timed`, with processor time, in a process of its own, so that the most memory of its children is that of the command."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
         out, seconds = timed(binary, *arguments, **options)
-        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-        os.write(write, json.dumps([seconds, peak]).encode())
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        told = [seconds, used.ru_utime, used.ru_stime, used.ru_maxrss / 1024]
+        os.write(write, json.dumps(told).encode())
         os._exit(0)
     os.close(write)
     with os.fdopen(read) as file:
@@ -61,8 +62,8 @@ def measured(binary, *arguments, **options):
     os.waitpid(child, 0)
     if not told:
         sys.exit(f"{arguments[0]} failed")
-    seconds, peak = json.loads(told)
-    print(f"| `{arguments[0]}` | {seconds:.1f} | {peak:.0f} |", flush=True)
+    seconds, user, system, peak = json.loads(told)
+    print(f"| `{arguments[0]}` | {seconds:.1f} | {user:.1f} + {system:.1f} | {peak:.0f} |", flush=True)
 
 
 def main():
@@ -76,7 +77,7 @@ def main():
         (place / "many.toml").write_text(CONFIG.format(scenes=scenes, methods=methods, repeats=repeats))
         plan = json.loads(timed(binary, "plan", "many.toml", "--json", cwd=place)[0])
         jobs = plan["jobs"]
-        print(f"{len(jobs)} rows\n\n| verb | seconds | MiB at most |\n|---|---|---|", flush=True)
+        print(f"{len(jobs)} rows\n\n| verb | seconds | processor, program + system | MiB at most |\n|---|---|---|---|", flush=True)
         measured(binary, "plan", "many.toml", "--json", cwd=place)
         timed(binary, "run", "many.toml", "--shard", f"1/{len(jobs)}", "--out", "one/many", cwd=place)
         [template] = [p for p in (place / "one/many/jobs").iterdir() if not p.name.startswith(".")]

@@ -1,16 +1,16 @@
 //! `merge`: the union of shards.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
 use super::args::MergeArgs;
 use super::exit::{self, Failure};
 use super::out;
-use crate::experiment::{Plan, Provenance, ReferenceStore, Store};
+use crate::experiment::{Plan, Provenance, ReferenceStore, Row, Store, described};
 use crate::standard_error::tell;
 
-/// Copies every job once, finished ones before failed ones, unites the plans and rebuilds the report.
+/// Takes every job once, finished ones before failed ones, unites the plans and rebuilds the report.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let stores = args
         .folders
@@ -39,14 +39,16 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
         provenance.unite(Provenance::of(store));
     }
     let ids: HashSet<&str> = united.jobs.iter().map(|job| job.id.as_str()).collect();
-    ids.into_par_iter()
-        .try_for_each(|id| adopt_best(&target, &stores, id))?;
+    let adopted = |id| adopt_best(&target, &stores, id).transpose();
+    let rows = ids.into_par_iter().filter_map(adopted);
+    let rows: HashMap<String, Row> = rows.collect::<std::io::Result<_>>()?;
     adopt_references(&target, &stores, &united)?;
     target.write("config.json", &config)?;
     provenance.write(&target)?;
     target.write("plan.json", &serde_json::to_string_pretty(&united)?)?;
-    target.write_rows(&target.rows(&united))?;
-    let written = crate::report::write(&args.out)?;
+    let rows = described(&united, |id| rows.get(id).cloned());
+    target.write_rows(&rows)?;
+    let written = crate::report::write_known(&args.out, united, rows)?;
     out::write(written.summary);
     Ok(exit::OK)
 }
@@ -86,15 +88,27 @@ fn adopt_references(target: &Store, parts: &[Store], plan: &Plan) -> std::io::Re
     })
 }
 
-/// Takes the job from the first part in which it finished, else from one in which it failed.
-fn adopt_best(target: &Store, parts: &[Store], id: &str) -> std::io::Result<()> {
-    let here = target.row(id).map(|row| row.ok());
-    let there = parts
-        .iter()
-        .filter_map(|part| Some((part, part.row(id)?.ok())));
-    // Of equal ones the last is the greatest, so the first part is looked at last.
-    match there.rev().max_by_key(|(_, ok)| *ok) {
-        Some((part, ok)) if here.is_none_or(|here| ok && !here) => target.adopt(part, id),
-        _ => Ok(()),
+/// Takes the job from the first part in which it finished, else from one in which it failed, and gives the row that it
+/// has then.
+fn adopt_best(target: &Store, parts: &[Store], id: &str) -> std::io::Result<Option<(String, Row)>> {
+    let own = target.row(id);
+    if own.as_ref().is_some_and(Row::ok) {
+        return Ok(own.map(|row| (id.to_owned(), row)));
     }
+    let mut failed = None;
+    for part in parts {
+        match part.row(id) {
+            Some(row) if row.ok() => {
+                target.adopt(part, id)?;
+                return Ok(Some((id.to_owned(), row)));
+            }
+            Some(row) if failed.is_none() => failed = Some((part, row)),
+            _ => {}
+        }
+    }
+    if let (None, Some((part, _))) = (&own, &failed) {
+        target.adopt(part, id)?;
+    }
+    let row = own.or(failed.map(|(_, row)| row));
+    Ok(row.map(|row| (id.to_owned(), row)))
 }

@@ -128,14 +128,16 @@ impl Group<'_> {
         let differences: Vec<f64> = sides.iter().map(|(s, l)| l - s).collect();
         let half_width = Summary::of(&differences).and_then(|s| s.half_width);
         let margin = larger - smaller;
+        // Without a spread, as of one run or of counts, there is nothing to be in doubt about.
+        let is_open = half_width.is_some_and(|half| half > 0.0 && margin.abs() <= half);
         let verdict = if n == 0 || !margin.is_finite() {
             Verdict::NoData
+        } else if is_open {
+            Verdict::Inconclusive
+        } else if margin > 0.0 || (margin == 0.0 && expression.or_equal()) {
+            Verdict::Holds
         } else {
-            match half_width {
-                Some(half) if margin.abs() <= half => Verdict::Inconclusive,
-                _ if margin > 0.0 => Verdict::Holds,
-                _ => Verdict::DoesNotHold,
-            }
+            Verdict::DoesNotHold
         };
         Judged {
             scene: self.place.map_or(EVERY_SCENE, |p| &p.name).to_owned(),
@@ -254,6 +256,25 @@ mod tests {
         assert!((judged[0].smaller - 0.2).abs() < 1e-12 && (judged[0].larger - 0.4).abs() < 1e-12);
         let on_s = judge(&expression, &cases, &["s".into()]);
         assert_eq!(on_s[0].verdict, Verdict::DoesNotHold);
+    }
+
+    #[test]
+    fn equal_sides_hold_where_the_statement_says_so() {
+        let once = [row("A", 1, 0.2), row("B", 1, 0.2)];
+        let thrice: Vec<Row> = (1..4)
+            .flat_map(|s| [row("A", s, 0.2), row("B", s, 0.2)])
+            .collect();
+        for rows in [&once[..], &thrice] {
+            let of = |expression: &str| overall(&judged(expression, rows));
+            assert_eq!(of("rmse(A) <= rmse(B)"), Verdict::Holds);
+            assert_eq!(of("rmse(A) >= rmse(B)"), Verdict::Holds);
+            assert_eq!(of("rmse(A) < rmse(B)"), Verdict::DoesNotHold);
+            assert_eq!(of("rmse(A) > rmse(B)"), Verdict::DoesNotHold);
+        }
+        let apart = [row("A", 1, 0.3), row("B", 1, 0.2)];
+        let of = |expression: &str| overall(&judged(expression, &apart));
+        assert_eq!(of("rmse(A) <= rmse(B)"), Verdict::DoesNotHold);
+        assert_eq!(of("rmse(A) >= rmse(B)"), Verdict::Holds);
     }
 
     #[test]

@@ -13,9 +13,10 @@
 /// A parsed comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
-    /// Normalised so that the statement is `smaller < larger`.
+    /// Normalised so that the statement is `smaller < larger`, or `smaller <= larger`.
     smaller: Term,
     larger: Term,
+    or_equal: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +27,7 @@ enum Term {
     Extreme { largest: bool, terms: Vec<Term> },
 }
 
-/// Both sides of a comparison for one set of rows: it holds if `smaller < larger`.
+/// Both sides of a comparison for one set of rows: it holds if `smaller < larger`, and with `<=` also if they are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
     /// Value of the side that is stated to be smaller.
@@ -36,7 +37,7 @@ pub struct Measured {
 }
 
 impl Expression {
-    /// Reads a comparison; `<=` and `>=` count as `<` and `>`.
+    /// Reads a comparison.
     ///
     /// # Errors
     /// A sentence that says what is expected, and where.
@@ -51,9 +52,8 @@ impl Expression {
             .filter(|c| matches!(c, '<' | '>'))
             .ok_or_else(|| parser.expected("one of < <= > >="))?;
         parser.at += 1;
-        if parser.rest().starts_with('=') {
-            parser.at += 1;
-        }
+        let or_equal = parser.rest().starts_with('=');
+        parser.at += usize::from(or_equal);
         let right = parser.sum()?;
         parser.skip_space();
         if !parser.rest().is_empty() {
@@ -63,12 +63,19 @@ impl Expression {
             '<' => Self {
                 smaller: left,
                 larger: right,
+                or_equal,
             },
             _ => Self {
                 smaller: right,
                 larger: left,
+                or_equal,
             },
         })
+    }
+
+    /// Whether it holds where both sides are the same: `<=` and `>=`.
+    pub fn or_equal(&self) -> bool {
+        self.or_equal
     }
 
     /// Evaluates both sides; `value(column, label)` is `None` where there is no such row.
@@ -263,6 +270,19 @@ mod tests {
     }
 
     #[test]
+    fn equal_sides_count_where_it_says_so() {
+        for (text, or_equal) in [
+            ("rmse(A) < 1", false),
+            ("rmse(A) <= 1", true),
+            ("psnr(A) > 1", false),
+            ("psnr(A) >= 1", true),
+        ] {
+            let expression = Expression::parse(text).expect("parses");
+            assert_eq!(expression.or_equal(), or_equal, "{text}");
+        }
+    }
+
+    #[test]
     fn says_where_it_is_wrong() {
         for text in [
             "",
@@ -270,6 +290,9 @@ mod tests {
             "rmse(A) <",
             "rmse < 1",
             "rmse(A) < 1 1",
+            "rmse(A) =< 1",
+            "rmse(A) == 1",
+            "rmse(A) < = 1",
             "min(rmse(A) < 1",
         ] {
             let message = Expression::parse(text).expect_err(text);

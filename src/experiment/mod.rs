@@ -73,5 +73,5 @@ pub use sequence::{
     frame_column, spread,
 };
 pub use shipped::shipped_configs;
-pub use store::Store;
+pub use store::{Store, described};
 pub use suite::{Member, Suite};

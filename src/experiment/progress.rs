@@ -255,7 +255,7 @@ impl Progress {
     }
 }
 
-fn sweep_text(job: &Job) -> String {
+pub(super) fn sweep_text(job: &Job) -> String {
     job.sweep
         .iter()
         .map(|(key, value)| format!(" {key}={value}"))

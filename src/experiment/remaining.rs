@@ -3,24 +3,79 @@
 //! Work is counted in rays, but a ray of a path, of a record and of a reference cost differently in each scene. So seconds
 //! are kept apart by reference or job, scene and method, and what is open is charged with the seconds per ray of what is
 //! most like it: the same method in the same scene, the same method, the same scene, or what there is.
+//!
+//! The machine may be faster or slower than it was, because other programs come and go. What is done of a kind that was
+//! timed before tells by how much; what was spent counts at the pace of its time, and what is open at that of now.
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::Job;
+use super::progress::sweep_text;
 
 /// Metrics of one pixel take about as long as this many rays; they are most of a small job.
-const RAYS_PER_COMPARED_PIXEL: u64 = 60;
+const RAYS_PER_COMPARED_PIXEL: f64 = 60.0;
+
+/// What the report takes for each pixel of the image that it shows of a method in a scene, likewise.
+const RAYS_PER_REPORTED_PIXEL: f64 = 20.0;
+
+/// The pace is that of about so long, and of a tenth of the run where that is longer.
+const PACE_SECONDS: f64 = 10.0;
 
 /// What a job costs beside its reference, in rays.
-fn work(job: &Job) -> f64 {
-    let pixels = (job.width * job.height * job.sequence.images()) as u64;
-    (job.estimated_rays() + RAYS_PER_COMPARED_PIXEL * pixels) as f64
+fn work(job: &Job, played: Played) -> f64 {
+    let sequence = &job.sequence;
+    let pixels = (job.width * job.height * sequence.viewers.len()) as f64;
+    let rays = job.estimated_rays() as f64 / sequence.frames.len().max(1) as f64;
+    let measured = sequence.measured().count() as f64;
+    let cold = if sequence.cold && played.remembers {
+        measured
+    } else {
+        0.0
+    };
+    rays * played.times * (played.frames + cold) + RAYS_PER_COMPARED_PIXEL * pixels * measured
+}
+
+/// How a method plays a sequence.
+#[derive(Clone, Copy, Debug)]
+struct Played {
+    /// Frames that it renders.
+    frames: f64,
+    /// Whether it is measured a second time without memory.
+    remembers: bool,
+    /// How often it takes what the budget gives.
+    times: f64,
+}
+
+impl Played {
+    fn of(job: &Job) -> Self {
+        let sequence = &job.sequence;
+        let technique = job.built_technique();
+        let count = job.budget.count().unwrap_or(1);
+        let started = technique.as_ref().and_then(|technique| {
+            let started = job.choice(count).start(technique.as_ref()).ok()?;
+            let contender = started.contender;
+            Some((contender.remembers(), contender.searches()))
+        });
+        let (remembers, searches) = started.unwrap_or((true, true));
+        let skips =
+            sequence.skip_unmeasured && !remembers && !searches && job.budget.count().is_some();
+        let looked_at = |place: &usize| !skips || sequence.is_looked_at(*place);
+        let times = job.method_parameters.get("times");
+        let times =
+            times.and_then(|times| times.as_float().or(times.as_integer().map(|n| n as f64)));
+        Self {
+            frames: (0..sequence.frames.len()).filter(looked_at).count() as f64,
+            remembers,
+            times: times.unwrap_or(1.0),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Kind {
     Reference,
     Job,
+    Report,
 }
 
 /// What costs about the same: kind, scene, and label of the method.
@@ -28,6 +83,10 @@ type Like = (Kind, String, String);
 
 fn like_job(job: &Job) -> Like {
     (Kind::Job, job.scene.clone(), job.label.clone())
+}
+
+fn like_report() -> Like {
+    (Kind::Report, String::new(), String::new())
 }
 
 fn like_reference(job: &Job) -> Like {
@@ -38,7 +97,34 @@ fn like_reference(job: &Job) -> Like {
 struct Spent {
     /// Work that was timed.
     timed: f64,
+    /// Of the time that it took, at a pace of one.
     seconds: f64,
+}
+
+/// How much longer things take than they did at first, of late.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pace {
+    /// What things took, and what they would have taken at first; old ones fade.
+    took: f64,
+    expected: f64,
+    /// All seconds so far.
+    whole: f64,
+}
+
+impl Pace {
+    fn add(&mut self, took: f64, expected: f64) {
+        self.whole += took;
+        let fades = (-took / PACE_SECONDS.max(0.1 * self.whole)).exp();
+        self.took = self.took * fades + took;
+        self.expected = self.expected * fades + expected;
+    }
+
+    fn now(&self) -> f64 {
+        match self.took > 0.0 && self.expected > 0.0 {
+            true => self.took / self.expected,
+            false => 1.0,
+        }
+    }
 }
 
 impl Spent {
@@ -77,6 +163,9 @@ pub(super) struct Remaining {
     references: HashMap<String, Made>,
     /// The job at work, and its share that is done.
     at_work: Option<(String, f64)>,
+    /// By method and scene, which play a sequence alike.
+    played: HashMap<(Like, String), Played>,
+    pace: Pace,
 }
 
 impl Remaining {
@@ -84,7 +173,13 @@ impl Remaining {
     pub fn of(open: &[&Job], is_stored: impl Fn(&str) -> bool) -> Self {
         let mut remaining = Self::default();
         for job in open {
-            *remaining.open.entry(like_job(job)).or_default() += work(job);
+            let work = remaining.work(job);
+            if !remaining.open.contains_key(&like_job(job)) {
+                let pixels = (job.width * job.height) as f64;
+                let report = remaining.open.entry(like_report()).or_default();
+                *report += RAYS_PER_REPORTED_PIXEL * pixels;
+            }
+            *remaining.open.entry(like_job(job)).or_default() += work;
             if remaining.references.contains_key(&job.reference) {
                 continue;
             }
@@ -132,7 +227,7 @@ impl Remaining {
             Some((id, share)) if *id == job.id => *share,
             _ => 0.0,
         };
-        let gained = work(job) * (share - before).max(0.0);
+        let gained = self.work(job) * (share - before).max(0.0);
         self.at_work = Some((job.id.clone(), share));
         let like = like_job(job);
         self.close(&like, gained);
@@ -153,14 +248,26 @@ impl Remaining {
         }
     }
 
-    fn spend(&mut self, like: Like, timed: f64, seconds: f64) {
-        if timed > 0.0 {
-            let spent = self.spent.entry(like).or_default();
-            spent.add(Spent { timed, seconds });
-        }
+    fn work(&mut self, job: &Job) -> f64 {
+        let alike = (like_job(job), sweep_text(job));
+        let played = *self.played.entry(alike).or_insert_with(|| Played::of(job));
+        work(job, played)
     }
 
-    /// Seconds until all is done; `None` while nothing tells.
+    fn spend(&mut self, like: Like, timed: f64, seconds: f64) {
+        if timed <= 0.0 {
+            return;
+        }
+        let known = self.spent.get(&like).and_then(Spent::rate);
+        // What was not timed before tells nothing of the pace.
+        let expected = known.map_or_else(|| seconds / self.pace.now(), |rate| rate * timed);
+        self.pace.add(seconds, expected);
+        let seconds = seconds / self.pace.now();
+        let spent = self.spent.entry(like).or_default();
+        spent.add(Spent { timed, seconds });
+    }
+
+    /// Seconds until all is done, the report included; `None` while nothing tells.
     pub fn seconds(&self) -> Option<f64> {
         let mut by_method: HashMap<(Kind, &str), Spent> = HashMap::new();
         let mut by_scene: HashMap<(Kind, &str), Spent> = HashMap::new();
@@ -183,11 +290,9 @@ impl Remaining {
             let known = alike.into_iter().flatten().find_map(Spent::rate);
             known.or_else(|| all.rate())
         };
-        self.open
-            .iter()
-            .filter(|(_, open)| **open > 0.0)
-            .map(|(like, open)| Some(open * rate(like)?))
-            .sum()
+        let open = self.open.iter().filter(|(_, open)| **open > 0.0);
+        let at_first: Option<f64> = open.map(|(like, open)| Some(open * rate(like)?)).sum();
+        Some(at_first? * self.pace.now())
     }
 }
 
@@ -210,6 +315,25 @@ mod tests {
     /// Whether a guess is within a factor of two of what it takes.
     fn is_near(guess: f64, true_seconds: f64) -> bool {
         guess <= 2.0 * true_seconds && guess >= 0.5 * true_seconds
+    }
+
+    #[test]
+    fn a_machine_that_becomes_slower_is_noticed() {
+        let jobs = jobs();
+        let open: Vec<&Job> = jobs.iter().collect();
+        let mut remaining = Remaining::of(&open, |_| true);
+        // All methods of both scenes at 4 s, then the machine does a third of that.
+        let by_seed = |seed: usize| jobs.iter().skip(seed).step_by(3);
+        for job in by_seed(0) {
+            remaining.job(job, 1.0, 4.0);
+        }
+        let guess = remaining.seconds().expect("known");
+        assert!(is_near(guess, 8.0 * 4.0), "{guess}");
+        for job in by_seed(1) {
+            remaining.job(job, 1.0, 12.0);
+        }
+        let guess = remaining.seconds().expect("known");
+        assert!((guess / (4.0 * 12.0) - 1.0).abs() < 0.2, "{guess}");
     }
 
     #[test]
@@ -247,7 +371,8 @@ mod tests {
                 left -= took(job);
                 check(&remaining, left);
             }
-            assert_eq!(remaining.seconds(), Some(0.0), "nothing is left");
+            let report = remaining.seconds().expect("a guess");
+            assert!(report < 0.1 * whole, "the report takes {report}");
         }
     }
 }

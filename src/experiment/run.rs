@@ -34,14 +34,14 @@ pub struct RunOptions {
     pub checkpoint_every: Duration,
 }
 
-/// How many jobs were done now, earlier, and in vain.
+/// How many jobs were run now, in vain, and earlier.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Outcome {
-    /// Jobs that were run now, those that failed included.
-    pub done: usize,
+    /// Jobs that were run now, with or without success.
+    pub run: usize,
     /// Jobs that had a row without failure already.
     pub found: usize,
-    /// Jobs of `done` whose row gives a reason of failure.
+    /// Jobs of `run` whose row gives a reason of failure.
     pub failed: usize,
 }
 
@@ -180,7 +180,10 @@ impl Runner {
                 .note(&format!("scene `{}`: {note}", jobs[0].scene));
         }
         for jobs in jobs.chunk_by(|a, b| a.reference == b.reference) {
-            self.sequence(jobs, &mut loaded, fail_fast)?;
+            // Seed by seed: what is interrupted has something of every method, and the time that is left is known early.
+            let mut jobs = jobs.to_vec();
+            jobs.sort_by_key(|job| job.seed);
+            self.sequence(&jobs, &mut loaded, fail_fast)?;
             if fail_fast && self.outcome.failed > 0 {
                 break;
             }
@@ -284,7 +287,7 @@ impl Runner {
         fill: impl FnOnce(&Path) -> io::Result<()>,
     ) -> io::Result<()> {
         self.outcome.failed += usize::from(!row.ok());
-        self.outcome.done += 1;
+        self.outcome.run += 1;
         let (store, progress) = (&self.store, &self.progress);
         progress.time("writing", || store.write_job(row, fill))?;
         progress.job(job, row);

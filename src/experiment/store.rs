@@ -135,9 +135,12 @@ impl Store {
         fs::rename(folder, &place).map_err(at(&place))
     }
 
-    /// Copies a job of another folder into its place here.
+    /// Puts a job of another folder into its place here. Files of finished jobs are replaced and never changed, so both
+    /// folders share them where the file system has hard links; elsewhere they are copied.
     pub fn adopt(&self, other: &Store, id: &str) -> io::Result<()> {
-        self.put(id, |unfinished| copy_all(&other.job_folder(id), unfinished))
+        self.put(id, |unfinished| {
+            share_all(&other.job_folder(id), unfinished)
+        })
     }
 
     /// Puts a job in its place once `fill` has completed its folder.
@@ -215,12 +218,7 @@ impl Store {
     /// The rows of the plan's finished jobs, in the plan's order; a job that several labels share is
     /// repeated under each.
     pub fn rows(&self, plan: &Plan) -> Vec<Row> {
-        let row = |job: &Job| {
-            let mut row = self.row(&job.id)?;
-            row.describe(job, &plan.name);
-            Some(row)
-        };
-        plan.jobs.par_iter().filter_map(row).collect()
+        described(plan, |id| self.row(id))
     }
 
     /// Rewrites `rows.jsonl` and `rows.csv` from the finished jobs.
@@ -233,6 +231,16 @@ impl Store {
         self.write("rows.jsonl", &lines)?;
         self.write("rows.csv", &super::row::to_csv(rows)?)
     }
+}
+
+/// Rows of the plan's jobs in the plan's order, of those that `row` has, under the names of the plan.
+pub fn described(plan: &Plan, row: impl Fn(&str) -> Option<Row> + Sync) -> Vec<Row> {
+    let named = |job: &Job| {
+        let mut row = row(&job.id)?;
+        row.describe(job, &plan.name);
+        Some(row)
+    };
+    plan.jobs.par_iter().filter_map(named).collect()
 }
 
 /// What a file of a results folder says.
@@ -248,14 +256,14 @@ fn parsed<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> io::Result
 }
 
 /// Copies what a folder holds, the folders in it included, into another one.
-fn copy_all(from: &Path, to: &Path) -> io::Result<()> {
+fn share_all(from: &Path, to: &Path) -> io::Result<()> {
     for entry in fs::read_dir(from).map_err(at(from))? {
         let entry = entry.map_err(at(from))?;
         let (theirs, ours) = (entry.path(), to.join(entry.file_name()));
         if entry.file_type().map_err(at(&theirs))?.is_dir() {
             fs::create_dir(&ours).map_err(at(&ours))?;
-            copy_all(&theirs, &ours)?;
-        } else {
+            share_all(&theirs, &ours)?;
+        } else if fs::hard_link(&theirs, &ours).is_err() {
             fs::copy(&theirs, &ours).map_err(at(&theirs))?;
         }
     }

@@ -1,5 +1,7 @@
 //! Claims and gates, judged and put into words.
 
+use std::cmp::Ordering;
+
 use serde::Serialize;
 
 use super::data::{Data, SceneOf};
@@ -113,7 +115,11 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
 }
 
 fn sides(smaller: f64, larger: f64) -> String {
-    let sign = if smaller < larger { "<" } else { "≥" };
+    let sign = match smaller.partial_cmp(&larger) {
+        Some(Ordering::Less) => "<",
+        Some(Ordering::Equal) => "=",
+        _ => "≥",
+    };
     let style = Style::of(Unit::None, [smaller, larger].into_iter());
     format!("{} {sign} {}", style.number(smaller), style.number(larger))
 }

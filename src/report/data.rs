@@ -71,8 +71,15 @@ impl Data {
     pub fn read(folder: &Path) -> io::Result<Self> {
         let store = Store::open(folder)?;
         let plan = store.plan()?;
+        let rows = store.rows(&plan);
+        Self::of(folder, plan, rows)
+    }
+
+    /// A results folder of which the plan and its rows are known.
+    pub fn of(folder: &Path, plan: Plan, rows: Vec<Row>) -> io::Result<Self> {
+        let store = Store::open(folder)?;
         let config = store.config()?;
-        let cases = Cases::new(&plan.jobs, store.rows(&plan));
+        let cases = Cases::new(&plan.jobs, rows);
         let provenance = std::fs::read_to_string(folder.join("provenance.json"))
             .ok()
             .and_then(|text| serde_json::from_str(&text).ok())

@@ -49,7 +49,10 @@ mod viewer;
 
 use std::path::{Path, PathBuf};
 
+use data::Data;
 use pixels::Shelf;
+
+use crate::experiment::{Plan, Row};
 
 pub use escape::xml_text;
 pub use light_map::draw_lights;
@@ -78,7 +81,15 @@ pub enum ReportError {
 /// What cannot be drawn (an image is missing or damaged, a figure has nothing to show) is a note in
 /// the report. Fails when `plan.json` or `config.json` cannot be read or a file cannot be written.
 pub fn write(folder: &Path) -> Result<Written, ReportError> {
-    write_all(folder, false)
+    write_all(folder, Data::read(folder)?, false)
+}
+
+/// Does what [`write()`] does of a plan and its rows that need not be read again.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_known(folder: &Path, plan: Plan, rows: Vec<Row>) -> Result<Written, ReportError> {
+    write_all(folder, Data::of(folder, plan, rows)?, false)
 }
 
 /// Does what [`write()`] does, but the page holds all its pictures and can be sent alone.
@@ -86,11 +97,10 @@ pub fn write(folder: &Path) -> Result<Written, ReportError> {
 /// # Errors
 /// Those of [`write()`].
 pub fn write_single_file(folder: &Path) -> Result<Written, ReportError> {
-    write_all(folder, true)
+    write_all(folder, Data::read(folder)?, true)
 }
 
-fn write_all(folder: &Path, single_file: bool) -> Result<Written, ReportError> {
-    let data = data::Data::read(folder)?;
+fn write_all(folder: &Path, data: Data, single_file: bool) -> Result<Written, ReportError> {
     let tables = table_kinds::all(&data);
     let claims = claims::judge_all(&data);
     let mut files = Vec::new();
