@@ -318,7 +318,7 @@ expect = "EXPECT"
             assert!(error.contains(expected), "{error}");
         }
         let error = planned(gate, r#"["attic"]"#).expect_err("unknown");
-        assert!(error.starts_with("c.toml:23:1: scenes: no"), "{error}");
+        assert!(error.starts_with("c.toml:22:1: scenes: no"), "{error}");
     }
 
     #[test]
