@@ -16,16 +16,21 @@ use crate::suggest::hint;
 /// those of their rows.
 pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), ConfigError> {
     let names = Names::of(jobs);
-    let claims = config.claim.iter().map(|c| &c.expect).enumerate();
-    let gates = config.gate.iter().map(|g| &g.expect).enumerate();
-    for (list, (index, expect)) in claims
+    let claims = config.claim.iter().map(|c| (&c.expect, &c.scenes));
+    let gates = config.gate.iter().map(|g| (&g.expect, &g.scenes));
+    for (list, (index, (expect, scenes))) in claims
+        .enumerate()
         .map(|c| ("claim", c))
-        .chain(gates.map(|g| ("gate", g)))
+        .chain(gates.enumerate().map(|g| ("gate", g)))
     {
-        let path = [list, &index.to_string(), "expect"];
-        names
-            .expression(expect)
-            .map_err(|message| source.error(&path, message))?;
+        let index = index.to_string();
+        let at = |key: &str, message| source.error(&[list, &index, key], message);
+        names.expression(expect).map_err(|m| at("expect", m))?;
+        for scene in scenes {
+            names
+                .scene_of(config, scene)
+                .map_err(|m| at("scenes", format!("scenes: {m}")))?;
+        }
     }
     for (index, table) in config.table.iter().enumerate() {
         for column in table.metrics.iter().chain([&table.cost]) {
@@ -165,6 +170,31 @@ impl<'a> Names<'a> {
         }
     }
 
+    /// Checks a scene that a claim or gate is about: any name that it has will do, the paper's too, and that of a scene
+    /// which another may stand in for.
+    fn scene_of(&self, config: &Config, scene: &str) -> Result<(), String> {
+        let written = config.scene.iter().flat_map(|choice| {
+            let replaced = choice.otherwise.as_ref().map(|_| choice.name.as_str());
+            choice.paper.as_deref().into_iter().chain(replaced)
+        });
+        let mut known = self.scenes();
+        known.extend(self.places.iter().map(|p| p.place.scene.as_str()));
+        known.extend(written);
+        if known.contains(&scene) {
+            return Ok(());
+        }
+        let mut seen = BTreeSet::new();
+        known.retain(|name| seen.insert(*name));
+        Err(format!(
+            "no scene is called `{scene}`{} There are: {}",
+            match hint(scene, &known) {
+                none if none.is_empty() => ".".to_owned(),
+                hint => hint,
+            },
+            known.join(", ")
+        ))
+    }
+
     fn scenes(&self) -> Vec<&str> {
         self.places.iter().map(|p| p.name.as_str()).collect()
     }
@@ -270,6 +300,25 @@ expect = "EXPECT"
         );
         let error = planned("rmse(IM@elsewhere) < 1", &[]).expect_err("none");
         assert!(error.contains("no scene is called `elsewhere`"), "{error}");
+    }
+
+    #[test]
+    fn claims_and_gates_are_about_scenes_that_are_there() {
+        let planned = |head: &str, scenes: &str| {
+            planned_with(&format!(
+                "\n{head}\ntext = \"t\"\nexpect = \"rmse(IM) < 1\"\nscenes = {scenes}"
+            ))
+        };
+        let (claim, gate) = ("[[claim]]\nwhere = \"w\"", "[[gate]]");
+        for head in [claim, gate] {
+            planned(head, r#"["hard-cases", "again"]"#).expect("plans");
+            let error = planned(head, r#"["again", "hard-case"]"#).expect_err("unknown");
+            let expected = "scenes: no scene is called `hard-case`; did you mean `hard-cases`? \
+                            There are: hard-cases, again";
+            assert!(error.contains(expected), "{error}");
+        }
+        let error = planned(gate, r#"["attic"]"#).expect_err("unknown");
+        assert!(error.starts_with("c.toml:22:1: scenes: no"), "{error}");
     }
 
     #[test]

@@ -2,15 +2,17 @@
 
 mod emit;
 mod even;
+mod guide;
 mod place;
 mod point;
 
 pub use emit::{Emitted, Source};
 pub use even::EvenLights;
-pub use place::{Arriving, ChosenPlace, LightPlace};
+pub use place::{Arriving, ChosenPlace, LightPlace, Unshadowed};
 
 use glam::Vec3;
 
+use self::guide::Guide;
 use super::surface::Interaction;
 use crate::image::luminance;
 use crate::sample::Rng;
@@ -24,6 +26,7 @@ pub struct Lights<'a> {
     triangles: Vec<EmittingTriangle>,
     /// Running sums of the triangles' power.
     triangle_power: Vec<f64>,
+    triangle_guide: Guide,
     /// Index of a shape's first entry in `triangles`, for shapes that emit.
     first_of_shape: Vec<Option<u32>>,
     /// Running sums of the power of point and spot lights.
@@ -43,6 +46,33 @@ struct EmittingTriangle {
     emission: Vec3,
     /// Probability among all lights over the area: density per unit area.
     pdf_area: f32,
+}
+
+/// A point of an emitting triangle that shines to a position.
+struct FacingPoint {
+    point: Vec3,
+    /// Unit, towards it.
+    direction: Vec3,
+    /// Density per steradian of a choice among all lights.
+    pdf_sr: f32,
+}
+
+impl EmittingTriangle {
+    /// The point at a place in [0, 1)², unless it does not shine to a position.
+    fn facing(&self, position: Vec3, [u, v]: [f32; 2]) -> Option<FacingPoint> {
+        let root = u.sqrt();
+        let point = self.corner + self.edges[0] * (root * (1.0 - v)) + self.edges[1] * (root * v);
+        let towards = point - position;
+        let distance2 = towards.length_squared();
+        let direction = towards.try_normalize()?;
+        let cos = -direction.dot(self.normal);
+        let pdf_sr = self.pdf_area * distance2 / cos;
+        (cos > 0.0 && pdf_sr.is_finite() && pdf_sr > 0.0).then_some(FacingPoint {
+            point,
+            direction,
+            pdf_sr,
+        })
+    }
 }
 
 /// A light seen from a surface point.
@@ -67,12 +97,14 @@ impl<'a> Lights<'a> {
             scene,
             triangles: Vec::new(),
             triangle_power: Vec::new(),
+            triangle_guide: Guide::default(),
             first_of_shape: vec![None; scene.shapes.len()],
             point_power: Vec::new(),
             parallel_power: Vec::new(),
             groups: [0.0; 4],
         };
         let area_power = lights.collect_triangles();
+        lights.triangle_guide = Guide::new(&lights.triangle_power);
         let point_power = lights.collect_points();
         let radius = f64::from(scene.diagonal) * 0.5;
         let disk = std::f64::consts::PI * radius * radius;
@@ -139,7 +171,7 @@ impl<'a> Lights<'a> {
         let [u, v] = [rng.next_f64(), rng.next_f64()];
         let [area, points, parallel, _] = self.groups;
         if choice < area {
-            let index = pick(&self.triangle_power, choice / area);
+            let index = self.pick_triangle(choice / area);
             self.sample_triangle(&self.triangles[index], from, [u as f32, v as f32])
         } else if choice < area + points {
             self.sample_point(from, (choice - area) / points)
@@ -148,6 +180,11 @@ impl<'a> Lights<'a> {
         } else {
             self.sample_environment([u, v], from)
         }
+    }
+
+    /// The emitting triangle that a number in [0, 1) selects, by power.
+    fn pick_triangle(&self, choice: f64) -> usize {
+        self.triangle_guide.pick(&self.triangle_power, choice)
     }
 
     fn sample_environment(&self, place: [f64; 2], from: &Interaction) -> Option<LightSample> {
@@ -165,19 +202,13 @@ impl<'a> Lights<'a> {
         &self,
         light: &EmittingTriangle,
         from: &Interaction,
-        [u, v]: [f32; 2],
+        place: [f32; 2],
     ) -> Option<LightSample> {
-        let root = u.sqrt();
-        let point =
-            light.corner + light.edges[0] * (root * (1.0 - v)) + light.edges[1] * (root * v);
-        let towards = point - from.position;
-        let distance2 = towards.length_squared();
-        let direction = towards.try_normalize()?;
-        let cos = -direction.dot(light.normal);
-        let pdf_sr = light.pdf_area * distance2 / cos;
-        if cos <= 0.0 || !pdf_sr.is_finite() || pdf_sr <= 0.0 {
-            return None;
-        }
+        let FacingPoint {
+            point,
+            direction,
+            pdf_sr,
+        } = light.facing(from.position, place)?;
         let start = self.spawn(from, direction).origin;
         let end = offset_origin(point, light.normal, self.scene.diagonal);
         let way = end - start;

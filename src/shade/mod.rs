@@ -12,7 +12,7 @@ mod walk;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{
-    Arriving, ChosenPlace, Emitted, EvenLights, LightPlace, LightSample, Lights, Source,
+    Arriving, ChosenPlace, Emitted, EvenLights, LightPlace, LightSample, Lights, Source, Unshadowed,
 };
 pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};

@@ -7,21 +7,19 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::bsdf::{
-    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Lobes, LocalBsdf, Microfacets, Model,
-    Plastic,
+    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Incident, Lobes, LocalBsdf, Microfacets,
+    Model, Plastic,
 };
 use crate::image::luminance;
 use crate::sample::Frame;
-use crate::scene::{Bsdf, ColourSource, Material, MicrofacetDistribution, Scene};
+use crate::scene::{Bsdf, ColourSource, Material, Scene};
 use crate::trace::Hit;
 
 /// Materials with what is integrated once: the coatings of the plastics.
 pub struct Surfaces<'a> {
     scene: &'a Scene,
-    /// Distinct ones.
-    coatings: Vec<Arc<Coating>>,
-    /// Index into `coatings` for each material that has one.
-    coating_of: Vec<usize>,
+    /// Of each material that has one.
+    coatings: Vec<Option<Arc<Coating>>>,
 }
 
 /// A surface point seen from a direction.
@@ -62,36 +60,22 @@ struct Place {
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
-        let mut keys: Vec<(f32, f32, MicrofacetDistribution, bool)> = Vec::new();
-        let mut coatings = Vec::new();
-        let coating_of = scene
-            .materials
-            .iter()
-            .map(|material| match material.bsdf {
-                Bsdf::Plastic {
-                    ior,
-                    alpha,
-                    distribution,
-                    lossless,
-                    ..
-                } => {
-                    let key = (alpha, ior, distribution, lossless);
-                    keys.iter().position(|k| *k == key).unwrap_or_else(|| {
-                        keys.push(key);
-                        coatings.push(match lossless {
-                            true => Coating::lossless_of(distribution, alpha, ior),
-                            false => Coating::of(distribution, alpha, ior),
-                        });
-                        coatings.len() - 1
-                    })
-                }
-                _ => 0,
-            })
-            .collect();
+        let coating_of = |material: &Material| match material.bsdf {
+            Bsdf::Plastic {
+                ior,
+                alpha,
+                distribution,
+                lossless,
+                ..
+            } => Some(match lossless {
+                true => Coating::lossless_of(distribution, alpha, ior),
+                false => Coating::of(distribution, alpha, ior),
+            }),
+            _ => None,
+        };
         Self {
             scene,
-            coatings,
-            coating_of,
+            coatings: scene.materials.iter().map(coating_of).collect(),
         }
     }
 
@@ -189,7 +173,9 @@ impl<'a> Surfaces<'a> {
                 nonlinear,
                 ..
             } => Model::Plastic(Plastic {
-                coating: &self.coatings[self.coating_of[index]],
+                coating: self.coatings[index]
+                    .as_deref()
+                    .expect("plastics have a coating"),
                 diffuse: self.colour(*diffuse, place),
                 specular: (*specular).into(),
                 nonlinear: *nonlinear,
@@ -243,6 +229,27 @@ impl Interaction<'_> {
             return Vec3::ZERO;
         }
         self.bsdf.evaluate(self.local_view, local) * self.left_of(light)
+    }
+
+    /// A world direction in the frame that [`Interaction::scattered`] takes, z along the normal that scattering is
+    /// evaluated about.
+    pub fn to_local(&self, world: Vec3) -> Vec3 {
+        self.frame.to_local(world)
+    }
+
+    /// The sum of [`Interaction::evaluate`] times power over directions that are told as [`Interaction::to_local`] has them,
+    /// up to rounding.
+    pub fn scattered(&self, incident: &mut Incident) -> Vec3 {
+        if self.bend == 0.0 && self.frame.normal == self.shading_normal {
+            return self.bsdf.scattered(self.local_view, incident);
+        }
+        let one = |(local, power): (Vec3, Vec3)| self.evaluate(self.frame.to_world(local)) * power;
+        incident.iter().map(one).sum()
+    }
+
+    /// Sign of z of the viewer in the frame of [`Interaction::to_local`]; 0 counts as above.
+    pub fn viewer_side(&self) -> f32 {
+        if self.local_view.z < 0.0 { -1.0 } else { 1.0 }
     }
 
     /// Density (1/sr) of [`Interaction::sample`] for the unit world direction `light`.

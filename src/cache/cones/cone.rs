@@ -32,7 +32,7 @@ impl Cone {
     }
 
     /// 1 − cos α, without cancellation in narrow cones.
-    fn height(&self) -> f32 {
+    pub fn height(&self) -> f32 {
         2.0 * (0.5 * self.half_angle).sin().powi(2)
     }
 
@@ -67,30 +67,47 @@ impl Cone {
 
     /// The smallest cone around both, with the light of both.
     pub fn enclosing(&self, other: &Self) -> Self {
-        let (wide, narrow) = match self.half_angle >= other.half_angle {
+        let (wide, narrow) = self.by_width(other);
+        let light = self.light + other.light;
+        match wide.enclosing_angle(narrow) {
+            None => Self { light, ..*wide },
+            Some(half_angle) if half_angle >= WIDEST => {
+                // No smaller cone than a hemisphere is needed: around the middle of both.
+                let middle = (wide.axis + narrow.axis).try_normalize();
+                Self {
+                    axis: middle.unwrap_or(wide.axis),
+                    half_angle: WIDEST,
+                    light,
+                }
+            }
+            Some(half_angle) => Self {
+                axis: turned(wide.axis, narrow.axis, half_angle - wide.half_angle),
+                half_angle,
+                light,
+            },
+        }
+    }
+
+    /// Half angle of [`Cone::enclosing`].
+    pub(super) fn half_angle_around(&self, other: &Self) -> f32 {
+        let (wide, narrow) = self.by_width(other);
+        let half_angle = wide.enclosing_angle(narrow);
+        half_angle.map_or(wide.half_angle, |angle| angle.min(WIDEST))
+    }
+
+    /// The wider one first.
+    fn by_width<'a>(&'a self, other: &'a Self) -> (&'a Self, &'a Self) {
+        match self.half_angle >= other.half_angle {
             true => (self, other),
             false => (other, self),
-        };
-        let light = self.light + other.light;
-        let apart = angle_between(wide.axis, narrow.axis);
-        if apart + narrow.half_angle <= wide.half_angle {
-            return Self { light, ..*wide };
         }
-        let half_angle = 0.5 * (wide.half_angle + narrow.half_angle + apart);
-        if half_angle >= WIDEST {
-            // No smaller cone than a hemisphere is needed: around the middle of both.
-            let middle = (wide.axis + narrow.axis).try_normalize();
-            return Self {
-                axis: middle.unwrap_or(wide.axis),
-                half_angle: WIDEST,
-                light,
-            };
-        }
-        Self {
-            axis: turned(wide.axis, narrow.axis, half_angle - wide.half_angle),
-            half_angle,
-            light,
-        }
+    }
+
+    /// Half angle, however large, of the smallest cone around this one and a narrower one; `None` where that is this one.
+    fn enclosing_angle(&self, narrow: &Self) -> Option<f32> {
+        let apart = angle_between(self.axis, narrow.axis);
+        let outside = apart + narrow.half_angle > self.half_angle;
+        outside.then_some(0.5 * (self.half_angle + narrow.half_angle + apart))
     }
 }
 
@@ -135,6 +152,10 @@ mod tests {
         assert_is(&cone(0.0, 10.0).around(at(30.0)), 10.0, 20.0);
         assert_is(&cone(0.0, 10.0).around(at(5.0)), 0.0, 10.0);
         assert_eq!(cone(0.0, 10.0).enclosing(&cone(40.0, 6.0)).light.x, 2.0);
+        for (a, b) in [(0.0, 10.0), (12.0, 30.0), (150.0, 70.0)] {
+            let (a, b) = (cone(a, b), cone(20.0, 25.0));
+            assert_eq!(a.half_angle_around(&b), a.enclosing(&b).half_angle);
+        }
     }
 
     #[test]

@@ -200,7 +200,7 @@ impl Weighed {
             Comparison::Gaps => (a.gap_to(b.axis) - b.half_angle).max(0.0),
             Comparison::Axes => angle_between(a.axis, b.axis),
             Comparison::Light => {
-                let half_angle = a.enclosing(b).half_angle;
+                let half_angle = a.half_angle_around(b);
                 let widened = |w: &Self| w.light * (half_angle - w.cone.half_angle).max(0.0);
                 widened(self) + widened(other)
             }

@@ -63,9 +63,25 @@ impl BlockKey {
         [self.0 >> COORDINATE_BITS, self.0].map(|place| place as u32 & mask)
     }
 
+    /// A number that blocks of the same side of an island and level share, and no others.
+    pub fn sheet(self) -> u64 {
+        self.0 >> (2 * COORDINATE_BITS)
+    }
+
     /// For hashing and random numbers.
     pub fn bits(self) -> u64 {
         self.0
+    }
+}
+
+impl Texel {
+    /// Column and row among all texels of its level.
+    pub fn position(self) -> [u32; 2] {
+        let [column, row] = self.block.place();
+        [
+            column * BLOCK_SIDE + self.index % BLOCK_SIDE,
+            row * BLOCK_SIDE + self.index / BLOCK_SIDE,
+        ]
     }
 }
 
@@ -110,10 +126,7 @@ impl Grid {
 
     /// Where the centre of a texel lies in the chart, scene units.
     pub fn centre(&self, texel: Texel) -> Vec2 {
-        let [column, row] = texel.block.place();
-        let column = column * BLOCK_SIDE + texel.index % BLOCK_SIDE;
-        let row = row * BLOCK_SIDE + texel.index / BLOCK_SIDE;
-        let at = Vec2::new(column as f32, row as f32) - 0.5;
+        let at = Vec2::from(texel.position().map(|i| i as f32)) - 0.5;
         at * self.side(texel.block.level())
     }
 

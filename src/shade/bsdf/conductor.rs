@@ -22,6 +22,12 @@ impl Conductor {
         self.specular * fresnel::conductor(cos, self.eta, self.k)
     }
 
+    /// Fresnel reflectance of a channel for a cosine in [0, 1], without the factor.
+    #[inline(always)]
+    pub(super) fn channel(&self, channel: usize, cos: f32) -> f32 {
+        fresnel::conductor_channel(cos, self.eta[channel], self.k[channel])
+    }
+
     /// The perfect mirror.
     pub(super) fn sample_mirror(&self, view: Vec3) -> Option<BsdfSample> {
         (view.z > 0.0).then(|| BsdfSample {

@@ -36,20 +36,36 @@ pub fn dielectric(cos_incident: f32, ior: f32) -> DielectricFresnel {
     }
 }
 
+/// The reflectance of [`dielectric`] for light from outside, its cosine in [0, 1], without a branch.
+#[inline(always)]
+pub fn outside(cos: f32, ior: f32) -> f32 {
+    let cos = cos.min(1.0);
+    let sin2_refracted = (1.0 - cos * cos) / (ior * ior);
+    let refracted = (1.0 - sin2_refracted).max(0.0).sqrt();
+    let senkrecht = (cos - ior * refracted) / (cos + ior * refracted);
+    let parallel = (ior * cos - refracted) / (ior * cos + refracted);
+    let reflectance = 0.5 * (senkrecht * senkrecht + parallel * parallel);
+    if sin2_refracted >= 1.0 {
+        1.0
+    } else {
+        reflectance
+    }
+}
+
 /// Reflectance of a conductor with complex index `eta + i k` per channel at `cos_incident` in
 /// [0, 1]; a channel with `eta = 0` and `k = 0` reflects everything.
 pub fn conductor(cos_incident: f32, eta: Vec3, k: Vec3) -> Vec3 {
-    let channel = |c: usize| {
-        if eta[c] == 0.0 && k[c] == 0.0 {
-            1.0
-        } else {
-            conductor_channel(cos_incident.clamp(0.0, 1.0), eta[c], k[c])
-        }
-    };
+    let cos = cos_incident.clamp(0.0, 1.0);
+    let channel = |c: usize| conductor_channel(cos, eta[c], k[c]);
     Vec3::new(channel(0), channel(1), channel(2))
 }
 
-fn conductor_channel(cos: f32, eta: f32, k: f32) -> f32 {
+/// One channel of [`conductor`].
+#[inline(always)]
+pub(super) fn conductor_channel(cos: f32, eta: f32, k: f32) -> f32 {
+    if eta == 0.0 && k == 0.0 {
+        return 1.0;
+    }
     let cos2 = cos * cos;
     let sin2 = 1.0 - cos2;
     let difference = eta * eta - k * k - sin2;

@@ -6,6 +6,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 pub mod fresnel;
+mod incident;
 mod lobes;
 mod microfacet;
 mod parts;
@@ -18,6 +19,7 @@ use glam::Vec3;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::{Diffuse, cosine_pdf, cosine_sample};
+pub use incident::Incident;
 pub use lobes::{Boundary, Gloss, Lobes};
 pub use microfacet::Microfacets;
 pub use plastic::{Coating, Plastic};
@@ -65,6 +67,16 @@ impl LocalBsdf<'_> {
     /// Whether every direction is a delta, so that sampling lights is in vain.
     pub fn is_delta(&self) -> bool {
         matches!(self.model, Model::Mirror(_) | Model::Dielectric(_))
+    }
+
+    /// Whether some directions are deltas: of mirrors, of glass, and straight on where light meets no surface.
+    pub fn has_delta(&self) -> bool {
+        let model = match &self.model {
+            Model::Mirror(_) | Model::Dielectric(_) => true,
+            Model::Plastic(plastic) => plastic.is_smooth(),
+            Model::Diffuse(_) | Model::RoughConductor(..) => false,
+        };
+        model || self.opacity < 1.0
     }
 
     /// Scattering × |cosine of `light`|, without delta parts.

@@ -16,7 +16,7 @@ use crate::scene::MicrofacetDistribution;
 /// What is integrated once for a coating of given roughness and index.
 #[derive(Clone, Debug)]
 pub struct Coating {
-    ior: f32,
+    pub(super) ior: f32,
     /// `None` for the smooth coating.
     pub(super) facets: Option<Microfacets>,
     /// Transmittance from outside over the cosine, 0 to 1 in equal steps (rough coating only).
@@ -127,6 +127,12 @@ impl Coating {
         if self.facets.is_none() {
             return 1.0 - fresnel::dielectric(cos, self.ior).reflectance;
         }
+        self.entering_rough(cos)
+    }
+
+    /// [`Coating::transmittance`] of a rough coating.
+    #[inline(always)]
+    pub(super) fn entering_rough(&self, cos: f32) -> f32 {
         let x = cos.clamp(0.0, 1.0) * (NODES - 1) as f32;
         let i = (x as usize).min(NODES - 2);
         let [a, b] = [self.transmittance[i], self.transmittance[i + 1]];
@@ -205,7 +211,7 @@ pub struct Plastic<'a> {
 
 impl Plastic<'_> {
     /// The diffuse part with internal reflections, without the two passages of the boundary.
-    fn base(&self) -> Vec3 {
+    pub(super) fn base(&self) -> Vec3 {
         let inside = self.coating.internal_reflectance;
         let trapped = if self.nonlinear {
             self.diffuse * inside

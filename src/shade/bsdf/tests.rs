@@ -8,7 +8,7 @@ use super::*;
 use crate::sample::Rng;
 use crate::scene::MicrofacetDistribution::{self, Beckmann, Ggx};
 
-fn models(coatings: &[Coating]) -> Vec<(&'static str, Model<'_>)> {
+pub(super) fn models(coatings: &[Coating]) -> Vec<(&'static str, Model<'_>)> {
     let metal = Conductor {
         eta: Vec3::new(0.2, 0.92, 1.1),
         k: Vec3::new(3.9, 2.45, 2.14),
@@ -56,7 +56,7 @@ fn models(coatings: &[Coating]) -> Vec<(&'static str, Model<'_>)> {
     ]
 }
 
-fn coatings() -> Vec<Coating> {
+pub(super) fn coatings() -> Vec<Coating> {
     vec![
         Coating::new(None, 1.5),
         Coating::new(Some(facets(Ggx, 0.2)), 1.5),
@@ -69,7 +69,7 @@ fn facets(distribution: MicrofacetDistribution, alpha: f32) -> Microfacets {
     Microfacets::new(distribution, alpha)
 }
 
-fn bsdf(model: Model<'_>) -> LocalBsdf<'_> {
+pub(super) fn bsdf(model: Model<'_>) -> LocalBsdf<'_> {
     LocalBsdf {
         model,
         two_sided: false,

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{Lights, pick};
+use super::{FacingPoint, Lights, pick};
 use crate::sample::Rng;
 use crate::shade::surface::Interaction;
 use crate::trace::Ray;
@@ -43,6 +43,15 @@ pub struct Arriving {
     pub shadow_ray: Ray,
 }
 
+/// What a place on a light sends to a surface, without the way between them: see [`Arriving`].
+#[derive(Clone, Copy, Debug)]
+pub struct Unshadowed {
+    /// Unit, towards the light.
+    pub direction: Vec3,
+    /// As in [`Arriving`].
+    pub irradiance: Vec3,
+}
+
 impl Lights<'_> {
     /// A place by power, with the density of [`Lights::sample`]; `choice` in [0, 1) selects the light. `None` where
     /// nothing shines.
@@ -53,7 +62,7 @@ impl Lights<'_> {
         let at = [rng.next_f32(), rng.next_f32()];
         let [area, points, parallel, _] = self.groups;
         if choice < area {
-            let light = &self.triangles[pick(&self.triangle_power, choice / area)];
+            let light = &self.triangles[self.pick_triangle(choice / area)];
             Some(ChosenPlace {
                 place: LightPlace::Triangle(light.number, at),
                 density: light.pdf_area,
@@ -85,6 +94,26 @@ impl Lights<'_> {
         Some(ChosenPlace {
             place: LightPlace::Environment(at),
             density: environment.sample(at.map(f64::from))?.pdf_sr,
+        })
+    }
+
+    /// The direction and the irradiance of [`Lights::arriving`], which take less than the shadow ray.
+    pub fn unshadowed(&self, place: &LightPlace, from: &Interaction) -> Option<Unshadowed> {
+        let LightPlace::Triangle(number, at) = *place else {
+            let arriving = self.arriving(place, from)?;
+            return Some(Unshadowed {
+                direction: arriving.direction,
+                irradiance: arriving.irradiance,
+            });
+        };
+        let shape = *self.scene.triangle_shape.get(number as usize)?;
+        let light = self.triangle_of_shape(shape, number)?;
+        let FacingPoint {
+            direction, pdf_sr, ..
+        } = light.facing(from.position, at)?;
+        Some(Unshadowed {
+            direction,
+            irradiance: light.emission * (light.pdf_area / pdf_sr),
         })
     }
 

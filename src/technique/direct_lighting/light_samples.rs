@@ -17,7 +17,7 @@ use super::sight::{Sight, surface};
 use crate::entry::{About, Bias, parameters};
 use crate::image::luminance;
 use crate::sample::Rng;
-use crate::shade::{Arriving, EvenLights, Interaction};
+use crate::shade::{Arriving, EvenLights, Interaction, Unshadowed};
 use crate::technique::radiance::viewer_key;
 use crate::trace::{Caster, RayCounter};
 
@@ -128,11 +128,17 @@ impl ShadingFunction for Lit<'_> {
 impl Lit<'_> {
     /// Light that a surface scatters to the camera: the mean of all samples.
     fn scattered(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
-        let scattered = |light: &Arriving| at.evaluate(light.direction) * light.irradiance;
-        let adds = |light: &Arriving| luminance(scattered(light).into());
+        let adds = |light: &Unshadowed| {
+            luminance((at.evaluate(light.direction) * light.irradiance).into())
+        };
         let samples = self.selecting.samples(at, self.count, rng, adds);
         let one = |light: Selected| {
-            let scattered = scattered(&light.arriving);
+            let Arriving {
+                direction,
+                irradiance,
+                ..
+            } = light.arriving;
+            let scattered = at.evaluate(direction) * irradiance;
             if scattered == Vec3::ZERO || caster.occluded(&light.arriving.shadow_ray) {
                 return Vec3::ZERO;
             }

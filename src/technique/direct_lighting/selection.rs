@@ -2,7 +2,9 @@
 
 use crate::entry::words;
 use crate::sample::Rng;
-use crate::shade::{Arriving, ChosenPlace, EvenLights, Interaction, Lights};
+use crate::shade::{
+    Arriving, ChosenPlace, EvenLights, Interaction, LightPlace, Lights, Unshadowed,
+};
 
 words! {
     /// How lights are chosen.
@@ -46,27 +48,45 @@ impl Selecting<'_> {
         at: &Interaction,
         count: u32,
         rng: &mut Rng,
-        adds: impl Fn(&Arriving) -> f32,
+        adds: impl Fn(&Unshadowed) -> f32,
     ) -> Vec<Selected> {
-        let mut selected = Vec::with_capacity(count as usize);
-        if self.selection == Selection::Product {
-            let group = (POOL / self.candidates).max(1);
-            for first in (0..count).step_by(group as usize) {
-                let count = group.min(count - first);
-                self.resample(at, count, (rng, &adds), &mut selected);
+        let lights = self.lights;
+        match self.selection {
+            Selection::Uniform => self.each(at, count, rng, |_, rng| self.even.choose(rng)),
+            Selection::Power => self.each(at, count, rng, |_, rng| {
+                let choice = rng.next_f64();
+                lights.choose(choice, rng)
+            }),
+            Selection::Systematic => {
+                self.each(at, count, rng, |choice, rng| lights.choose(choice, rng))
             }
-            return selected;
+            Selection::Product => {
+                let mut selected = Vec::with_capacity(count as usize);
+                let group = (POOL / self.candidates).max(1);
+                for first in (0..count).step_by(group as usize) {
+                    let count = group.min(count - first);
+                    self.resample(at, count, (rng, &adds), &mut selected);
+                }
+                selected
+            }
         }
+    }
+
+    /// Samples at places that are chosen one after another, each for one of evenly spaced numbers.
+    fn each(
+        &self,
+        at: &Interaction,
+        count: u32,
+        rng: &mut Rng,
+        choose: impl Fn(f64, &mut Rng) -> Option<ChosenPlace>,
+    ) -> Vec<Selected> {
         let offset = rng.next_f64();
+        let mut selected = Vec::with_capacity(count as usize);
         for number in 0..count {
-            let chosen = match self.selection {
-                Selection::Uniform => self.even.choose(rng),
-                Selection::Systematic => self.lights.choose(even(number, offset, count), rng),
-                Selection::Power | Selection::Product => self.lights.choose(rng.next_f64(), rng),
-            };
-            let Some(ChosenPlace { place, density }) = chosen else {
+            let Some(chosen) = choose(even(number, offset, count), rng) else {
                 continue;
             };
+            let ChosenPlace { place, density } = chosen;
             let arriving = self.lights.arriving(&place, at);
             if let Some(arriving) = arriving.filter(|_| density > 0.0) {
                 selected.push(Selected { arriving, density });
@@ -81,7 +101,7 @@ impl Selecting<'_> {
         &self,
         at: &Interaction,
         count: u32,
-        (rng, adds): (&mut Rng, &impl Fn(&Arriving) -> f32),
+        (rng, adds): (&mut Rng, &impl Fn(&Unshadowed) -> f32),
         selected: &mut Vec<Selected>,
     ) {
         let all = count * self.candidates;
@@ -93,32 +113,31 @@ impl Selecting<'_> {
             let Some(ChosenPlace { place, density }) = chosen else {
                 continue;
             };
-            let Some(arriving) = self.lights.arriving(&place, at) else {
+            // Most candidates are not taken: their shadow rays are left out.
+            let Some(light) = self.lights.unshadowed(&place, at) else {
                 continue;
             };
-            let added = adds(&arriving);
+            let added = adds(&light);
             let weight = f64::from(added / density);
             if added != 0.0 && !weight.is_finite() {
                 let density = f32::NAN;
-                selected.push(Selected { arriving, density });
+                let arriving = self.lights.arriving(&place, at);
+                selected.extend(arriving.map(|arriving| Selected { arriving, density }));
             } else if weight > 0.0 {
                 sum += weight;
-                pool.push(Candidate {
-                    arriving,
-                    added,
-                    sum,
-                });
+                pool.push(Candidate { place, added, sum });
             }
         }
         let offset = rng.next_f64();
         for number in 0..count {
             let place = sum * even(number, offset, count);
             let index = pool.partition_point(|candidate| candidate.sum <= place);
-            if let Some(taken) = pool.get(index).or(pool.last()) {
-                selected.push(Selected {
-                    arriving: taken.arriving,
-                    density: (f64::from(taken.added) * f64::from(all) / sum) as f32,
-                });
+            let taken = pool.get(index).or(pool.last());
+            if let Some(taken) = taken
+                && let Some(arriving) = self.lights.arriving(&taken.place, at)
+            {
+                let density = (f64::from(taken.added) * f64::from(all) / sum) as f32;
+                selected.push(Selected { arriving, density });
             }
         }
     }
@@ -126,7 +145,7 @@ impl Selecting<'_> {
 
 /// A light sample that may be taken.
 struct Candidate {
-    arriving: Arriving,
+    place: LightPlace,
     /// What it adds without shadows.
     added: f32,
     /// Of this over density, of all up to this one.

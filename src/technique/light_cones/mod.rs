@@ -21,6 +21,7 @@ mod memory;
 mod options;
 mod reuse;
 mod shade;
+mod shown;
 mod sight;
 mod stillness;
 mod texels;
@@ -28,7 +29,7 @@ mod texels;
 use self::gather::{Gathering, Tally};
 use self::memory::Memory;
 use self::options::{CutOff, Motion, Parameters};
-use self::shade::{Shading, Shown};
+use self::shade::{Shaded, Shading};
 use self::sight::Sight;
 use self::stillness::Stillness;
 use self::texels::Surfaces;
@@ -237,7 +238,7 @@ impl LightCones {
             samples: self.terms.budget as u32,
             seed: self.terms.seed,
         };
-        let Shown { image, tally } = rendered
+        let Shaded { image, tally } = rendered
             .stages
             .time("shading", || shading.image(sight, &counter));
         rendered.rays += counter.read();

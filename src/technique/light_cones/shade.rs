@@ -1,15 +1,18 @@
 //! Making an image of texels: directions of their cones are put into the material at each camera sample.
 
+use std::f32::consts::TAU;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
+use super::shown::{Shown, ShownCone, ShownTexels};
 use super::sight::{Addresses, Sight, camera_ray};
-use super::texels::{Surfaces, frame_of};
-use crate::cache::cones::{Cone, Storage};
-use crate::cache::surface::Texel;
+use super::texels::Surfaces;
+use crate::cache::cones::Storage;
 use crate::image::Image;
-use crate::sample::{Frame, Rng, hash};
+use crate::sample::Rng;
+use crate::shade::bsdf::Incident;
 use crate::shade::{Depths, Interaction};
 use crate::technique::Shot;
 use crate::trace::{Caster, Hit, Ray, RayCounter};
@@ -26,7 +29,7 @@ pub(super) struct Shading<'a> {
 }
 
 /// An image and what it took.
-pub(super) struct Shown {
+pub(super) struct Shaded {
     pub image: Image,
     pub tally: ShadingTally,
 }
@@ -54,83 +57,114 @@ impl ShadingTally {
 const STREAM: u64 = 0x636f_6e65_7368;
 /// The golden ratio's fractional part: turns of directions, one after another.
 const GOLDEN_TURN: f32 = 0.618_034;
+/// Rows of pixels that are shaded together, column by column: neighbours read the same texels.
+const BAND: usize = 8;
+
+/// What a thread works with.
+struct Workplace<'a> {
+    caster: Caster<'a>,
+    addresses: &'a Addresses<'a>,
+    texels: ShownTexels,
+    incident: Incident,
+    tally: ShadingTally,
+}
 
 impl Shading<'_> {
     /// The image of what a viewer sees.
-    pub fn image(&self, sight: &Sight, counter: &RayCounter) -> Shown {
+    pub fn image(&self, sight: &Sight, counter: &RayCounter) -> Shaded {
         let mut image = Image::new(self.shot.width, self.shot.height);
         let width = self.shot.width.max(1);
+        let addresses = Addresses::new(self.shot, self.surfaces, self.parameters);
+        let turns = turns(self.parameters.shading_samples);
+        let start = || Workplace {
+            caster: self.shot.tracer.caster(counter),
+            addresses: &addresses,
+            texels: ShownTexels::default(),
+            incident: Incident::default(),
+            tally: ShadingTally::default(),
+        };
         let tallies: Vec<ShadingTally> = image
             .pixels
-            .par_chunks_mut(width)
+            .par_chunks_mut(BAND * width)
             .enumerate()
-            .map_init(
-                || self.shot.tracer.caster(counter),
-                |caster, (y, row)| self.row(caster, (y * width, row), sight),
-            )
+            .map_init(start, |workplace, (band, pixels)| {
+                workplace.tally = ShadingTally::default();
+                self.band(workplace, (band * BAND * width, pixels), (sight, &turns));
+                workplace.tally
+            })
             .collect();
         let mut tally = ShadingTally::default();
-        tallies.iter().for_each(|row| tally.add(row));
-        Shown { image, tally }
+        tallies.iter().for_each(|band| tally.add(band));
+        Shaded { image, tally }
     }
 
-    fn row(
+    /// Shades rows of pixels from pixel `first` on.
+    fn band(
         &self,
-        caster: &Caster,
-        (first, row): (usize, &mut [[f32; 3]]),
-        sight: &Sight,
-    ) -> ShadingTally {
-        let addresses = Addresses::new(self.shot, self.surfaces, self.parameters);
-        let mut tally = ShadingTally::default();
+        workplace: &mut Workplace,
+        (first, pixels): (usize, &mut [[f32; 3]]),
+        (sight, turns): (&Sight, &[[f32; 2]]),
+    ) {
         let samples = self.shot.spp as usize;
-        for (pixel, value) in (first..).zip(row) {
-            let mut sum = Vec3::ZERO;
-            for sample in 0..samples {
-                let ray = camera_ray(self.shot, pixel as u32, sample as u32);
-                let seen = (ray, sight.hits[pixel * samples + sample]);
-                let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
-                let number = u64::from(self.shot.frame) << 32 | sample as u64;
-                let mut rng = Rng::new(self.seed, STREAM, item, number);
-                let radiance = self.radiance(caster, (&addresses, seen), &mut rng, &mut tally);
-                match radiance.is_finite() {
-                    true => sum += radiance,
-                    false => tally.non_finite += 1,
+        let width = self.shot.width.max(1);
+        for column in 0..width {
+            for index in (column..pixels.len()).step_by(width) {
+                let pixel = first + index;
+                let mut sum = Vec3::ZERO;
+                for sample in 0..samples {
+                    let ray = camera_ray(self.shot, pixel as u32, sample as u32);
+                    let seen = (ray, sight.hits[pixel * samples + sample]);
+                    let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
+                    let number = u64::from(self.shot.frame) << 32 | sample as u64;
+                    let mut rng = Rng::new(self.seed, STREAM, item, number);
+                    let radiance = self.radiance(workplace, (seen, turns), &mut rng);
+                    match radiance.is_finite() {
+                        true => sum += radiance,
+                        false => workplace.tally.non_finite += 1,
+                    }
                 }
+                pixels[index] = (sum / samples.max(1) as f32).into();
             }
-            *value = (sum / samples.max(1) as f32).into();
         }
-        tally
     }
 
     /// Radiance along a camera ray.
     fn radiance(
         &self,
-        caster: &Caster,
-        (addresses, (ray, hit)): (&Addresses, (Ray, Option<Hit>)),
+        workplace: &mut Workplace,
+        ((ray, hit), turns): ((Ray, Option<Hit>), &[[f32; 2]]),
         rng: &mut Rng,
-        tally: &mut ShadingTally,
     ) -> Vec3 {
         let paths = &self.shot.paths;
         let Some(hit) = hit else {
             return paths.lights().environment(ray.direction);
         };
         let at = paths.surfaces().interact(&hit, ray.direction);
-        let mut sum = paths.lights().emitted(&at) + self.straight(caster, &at, rng);
-        if let Some(address) = addresses.of(&hit, ray.direction) {
+        let straight = self.straight(&workplace.caster, &at, rng);
+        let mut sum = paths.lights().emitted(&at) + straight;
+        if let Some(address) = workplace.addresses.of(&hit, ray.direction) {
             let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
             let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
+            workplace.incident.clear();
             for (texel, weight) in texels {
-                tally.lookups += 1;
-                if let Some(light) = self.scattered(&at, (texel, weight)) {
-                    scattered += light * weight;
+                workplace.tally.lookups += 1;
+                let make = |shown: &mut Shown| self.show(texel, shown);
+                if let Some(cones) = workplace.texels.get(texel, make) {
+                    for cone in cones {
+                        let incident = &mut workplace.incident;
+                        scattered += self.scattered(&at, (cone, weight), (incident, turns));
+                    }
                     weights += weight;
                 }
             }
             if weights > 0.0 {
+                if !workplace.incident.is_empty() {
+                    scattered += at.scattered(&mut workplace.incident);
+                }
                 sum += scattered / weights;
             } else {
-                tally.uncached += 1;
-                sum += self.sampled(caster, &at, rng);
+                workplace.tally.uncached += 1;
+                sum += self.sampled(&workplace.caster, &at, rng);
             }
         }
         sum
@@ -139,6 +173,9 @@ impl Shading<'_> {
     /// Light that reaches the viewer without being spread: through masks and glass, and by mirrors.
     fn straight(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
         let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+        if !at.bsdf.has_delta() {
+            return Vec3::ZERO;
+        }
         let Some(sample) = at.sample(u).filter(|sample| sample.delta) else {
             return Vec3::ZERO;
         };
@@ -148,49 +185,43 @@ impl Shading<'_> {
         sample.weight * Vec3::from(seen)
     }
 
-    /// What a surface sends to its viewer of the light of a texel; `None` where that was never updated. A texel of little
-    /// weight gets its part of the directions.
-    fn scattered(&self, at: &Interaction, (texel, weight): (Texel, f32)) -> Option<Vec3> {
-        let (point, words) = self.surfaces.blocks.texel(texel)?;
-        let entry = self.storage.read(words);
-        if entry.count <= 0.0 || !point.is_somewhere() {
-            return None;
+    /// What a surface sends to its viewer of a cone, where that is known in closed form; its directions join the others
+    /// otherwise. A texel of little weight gets its part of the directions.
+    fn scattered(
+        &self,
+        at: &Interaction,
+        (cone, weight): (&ShownCone, f32),
+        (incident, turns): (&mut Incident, &[[f32; 2]]),
+    ) -> Vec3 {
+        if let Some(scattering) = at.lambertian() {
+            let height = cone.frame.normal.dot(at.facing_shading_normal());
+            if height >= cone.sine {
+                // All of it is above the surface: the mean cosine is known.
+                let cosine = height * 0.5 * (1.0 + cone.cosine);
+                return cone.light * scattering * (cosine * weight);
+            }
         }
-        let back = texel.block.surface().back;
-        let orientation = self.parameters.orientation;
-        let frame = frame_of(self.shot.scene, (point.triangle, back), orientation);
-        // The directions of a texel stay the same, so that they do not flicker.
-        let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
-        let turn = turn as f32 / (1 << 24) as f32;
-        let cones = entry.carried(|axis| frame.to_world(axis).normalize());
-        let samples = (self.parameters.shading_samples as f32 * weight).ceil() as u32;
-        let of_cone = |cone: &Cone| self.scattered_of(at, cone, (samples.max(1), turn));
-        Some(cones.cones().iter().map(of_cone).sum())
-    }
-
-    fn scattered_of(&self, at: &Interaction, cone: &Cone, (samples, turn): (u32, f32)) -> Vec3 {
-        let normal = at.facing_shading_normal();
-        let height = cone.axis.dot(normal);
-        if let Some(scattering) = at.lambertian()
-            && height >= cone.half_angle.sin()
-        {
-            // All of it is above the surface: the mean cosine is known.
-            let cosine = height * 0.5 * (1.0 + cone.half_angle.cos());
-            return cone.light * scattering * cosine;
+        let samples = (self.parameters.shading_samples as f32 * weight).ceil() as usize;
+        let samples = samples.clamp(1, turns.len());
+        let part = weight / samples as f32;
+        let [across, along, axis] =
+            [cone.frame.tangent, cone.frame.bitangent, cone.frame.normal].map(|v| at.to_local(v));
+        let step = cone.height / samples as f32;
+        incident.add(samples, cone.light * part, |[x, y, z]| {
+            for (i, turn) in turns[..samples].iter().enumerate() {
+                let depth = (i as f32 + 0.5) * step;
+                let sine = (depth * (2.0 - depth)).max(0.0).sqrt();
+                let (right, up, ahead) = (sine * turn[0], sine * turn[1], 1.0 - depth);
+                x[i] = across.x * right + along.x * up + axis.x * ahead;
+                y[i] = across.y * right + along.y * up + axis.y * ahead;
+                z[i] = across.z * right + along.z * up + axis.z * ahead;
+            }
+        });
+        if self.parameters.horizon == Horizon::Renormalised {
+            let above = incident.above(samples, at.viewer_side()).max(1);
+            incident.scale_last(samples, samples as f32 / above as f32);
         }
-        let frame = Frame::from_normal(cone.axis);
-        let (mut sum, mut above) = (Vec3::ZERO, 0);
-        for i in 0..samples {
-            let u = (i as f32 + 0.5) / samples as f32;
-            let direction = cone.direction(&frame, [u, (turn + i as f32 * GOLDEN_TURN).fract()]);
-            sum += at.evaluate(direction);
-            above += u32::from(direction.dot(normal) > 0.0);
-        }
-        let count = match self.parameters.horizon {
-            Horizon::Lost => samples,
-            Horizon::Renormalised => above.max(1),
-        };
-        cone.light * sum / count as f32
+        Vec3::ZERO
     }
 
     /// What a surface sends to its viewer of light samples of its own.
@@ -207,4 +238,13 @@ impl Shading<'_> {
         }
         sum / self.samples.max(1) as f32
     }
+}
+
+/// Cosine and sine of the turns of a cone's directions around its axis.
+fn turns(count: u32) -> Vec<[f32; 2]> {
+    let turn = |i: u32| {
+        let (sine, cosine) = (TAU * (i as f32 * GOLDEN_TURN).fract()).sin_cos();
+        [cosine, sine]
+    };
+    (0..count).map(turn).collect()
 }

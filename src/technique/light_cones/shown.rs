@@ -1,0 +1,124 @@
+//! Texels as images are made of them: cones as they lie in the world, kept while neighbouring pixels read them.
+
+use std::f32::consts::TAU;
+
+use super::shade::Shading;
+use super::texels::frame_of;
+use crate::cache::cones::{Cone, MOST_CONES};
+use crate::cache::surface::Texel;
+use crate::sample::{Frame, hash};
+
+/// A cone as it lies in the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShownCone {
+    /// About its axis; directions of the cone are told in it.
+    pub frame: Frame,
+    /// Of its half angle.
+    pub sine: f32,
+    /// See `sine`.
+    pub cosine: f32,
+    /// 1 − cos α, without cancellation in narrow cones.
+    pub height: f32,
+    /// See [`Cone::light`].
+    pub light: glam::Vec3,
+}
+
+/// The cones of a texel; there are none of one that was never updated.
+#[derive(Clone, Copy)]
+pub(super) struct Shown {
+    known: bool,
+    used: usize,
+    cones: [ShownCone; MOST_CONES],
+}
+
+/// Texels that were shown of late, each in a place that follows from where it lies, so that neighbours have others.
+pub(super) struct ShownTexels {
+    places: Vec<(Option<Texel>, Shown)>,
+}
+
+/// Texels along a side of the square that has places of its own.
+const SIDE: u32 = 16;
+
+impl Default for ShownTexels {
+    fn default() -> Self {
+        Self {
+            places: vec![(None, Shown::EMPTY); (SIDE * SIDE) as usize],
+        }
+    }
+}
+
+impl ShownTexels {
+    /// The cones of a texel, made unless they are at hand; `None` where it was never updated.
+    pub fn get(&mut self, texel: Texel, make: impl FnOnce(&mut Shown)) -> Option<&[ShownCone]> {
+        let [column, row] = texel.position().map(|i| i % SIDE);
+        let other = hash(texel.block.sheet()) as u32 % (SIDE * SIDE);
+        let (key, shown) = &mut self.places[((row * SIDE + column) ^ other) as usize];
+        if *key != Some(texel) {
+            *key = Some(texel);
+            make(shown);
+        }
+        shown.known.then(|| &shown.cones[..shown.used])
+    }
+}
+
+impl Shown {
+    const EMPTY: Self = Self {
+        known: false,
+        used: 0,
+        cones: [ShownCone {
+            frame: Frame {
+                tangent: glam::Vec3::X,
+                bitangent: glam::Vec3::Y,
+                normal: glam::Vec3::Z,
+            },
+            sine: 0.0,
+            cosine: 1.0,
+            height: 0.0,
+            light: glam::Vec3::ZERO,
+        }; MOST_CONES],
+    };
+}
+
+impl Shading<'_> {
+    /// Makes what is shown of a texel.
+    pub(super) fn show(&self, texel: Texel, shown: &mut Shown) {
+        (shown.known, shown.used) = (false, 0);
+        let Some((point, words)) = self.surfaces.blocks.texel(texel) else {
+            return;
+        };
+        let entry = self.storage.read(words);
+        if entry.count <= 0.0 || !point.is_somewhere() {
+            return;
+        }
+        let back = texel.block.surface().back;
+        let orientation = self.parameters.orientation;
+        let frame = frame_of(self.shot.scene, (point.triangle, back), orientation);
+        // The directions of a texel stay the same, so that they do not flicker.
+        let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
+        let turn = (TAU * (turn as f32 / (1 << 24) as f32)).sin_cos();
+        for (place, cone) in shown.cones.iter_mut().zip(entry.cones()) {
+            let axis = frame.to_world(cone.axis).normalize();
+            *place = ShownCone::of(&Cone { axis, ..*cone }, turn);
+        }
+        (shown.known, shown.used) = (true, entry.cones().len());
+    }
+}
+
+impl ShownCone {
+    /// A cone in the world whose frame is turned around the axis by an angle of this sine and cosine.
+    fn of(cone: &Cone, (turn_sine, turn_cosine): (f32, f32)) -> Self {
+        let frame = Frame::from_normal(cone.axis);
+        let (sine, cosine) = cone.half_angle.sin_cos();
+        Self {
+            frame: Frame {
+                tangent: frame.tangent * turn_cosine + frame.bitangent * turn_sine,
+                bitangent: frame.bitangent * turn_cosine - frame.tangent * turn_sine,
+                normal: frame.normal,
+            },
+            sine,
+            cosine,
+            height: cone.height(),
+            light: cone.light,
+        }
+    }
+}
