@@ -2,8 +2,8 @@
 """Times `plan`, `merge` and `report` at many rows: `python3 scripts/many-rows.py target/release/lightbench [ROWS]`.
 
 One job of a large plan is run; all others get copies of its row with numbers of their own, dealt to four shards. Nothing
-else is rendered. Prints a row of a table for each verb: seconds, seconds of processor time, and the most memory that was held. It needs Linux and, for
-10⁵ rows, 2 GB in the folder for temporary files.
+else is rendered. Prints a row of a table for each verb: seconds, seconds of processor time, and the most memory that was
+held. It needs Linux and, for 10⁵ rows, 2 GB in the folder for temporary files.
 """
 
 import json
