@@ -54,7 +54,7 @@ pub struct Config {
     /// Paths through each pixel of a frame of every contender of path tracing.
     #[serde(default)]
     pub samples: Option<u64>,
-    /// In place of `lights`: seconds that the image of every contender takes.
+    /// In place of `lights`: processor seconds that the image of every contender takes.
     #[serde(default)]
     pub seconds: Option<f64>,
     /// Environment maps by name or file, crossed with the scenes that name none themselves.

@@ -1,4 +1,5 @@
-//! How many lights, or samples, a budget of seconds pays for.
+//! How many lights, or samples, a budget of seconds pays for: processor seconds of all threads, so that the count does not
+//! depend on how many threads there are and hardly on what else the machine does.
 //!
 //! Whole images are rendered, so that making lights, upsampling and all else that a contender is
 //! charged with is in the time. Two counts give a line, cost = a + b · count, whose count for the budget is
@@ -31,7 +32,7 @@ struct Cost {
     again: bool,
 }
 
-/// The images of all viewers whose cost is nearest to `seconds` an image of those that were rendered, the first with
+/// The images of all viewers whose cost is nearest to `seconds` of processor time an image of those that were rendered, the first with
 /// the count in `found`; what the others took is its search.
 ///
 /// # Errors
@@ -96,17 +97,24 @@ pub fn render_within(
     first.search.add(search);
     if missed > MISSED {
         first.notes.push(format!(
-            "no count of lights or samples came within {:.0} % of {seconds} s: this one takes {cost:.3} s",
+            "no count of lights or samples came within {:.0} % of {seconds} processor seconds: this one takes {cost:.3} s",
             100.0 * MISSED
         ));
     }
     Ok(images)
 }
 
-/// Seconds an image, in the mean of all viewers.
+/// Processor seconds an image, in the mean of all viewers; wall time where the system tells no other.
 fn cost_of(images: &[Rendered]) -> f64 {
-    let seconds: f64 = images.iter().map(|image| image.stages.total().wall).sum();
-    seconds / images.len().max(1) as f64
+    let seconds = images.iter().map(|image| {
+        let total = image.stages.total();
+        if total.cpu > 0.0 {
+            total.cpu
+        } else {
+            total.wall
+        }
+    });
+    seconds.sum::<f64>() / images.len().max(1) as f64
 }
 
 /// The count that the line through the two costs on either side of the budget, or else the two
@@ -142,11 +150,13 @@ mod tests {
     fn costing(cost: impl Fn(u64) -> f64) -> impl Fn(u64) -> Result<Vec<Rendered>, String> {
         move |count| {
             let mut stages = Stages::default();
-            let wall = cost(count);
+            let cpu = cost(count);
             stages.add(
                 "rendering",
                 Seconds {
-                    wall,
+                    // However long it took beside other programs.
+                    wall: 7.0,
+                    cpu,
                     ..Seconds::default()
                 },
             );
@@ -173,7 +183,7 @@ mod tests {
                 line(n)
             };
             let rendered = render_within(1.0, counted).expect("renders");
-            let missed = (rendered[0].stages.total().wall - 1.0).abs();
+            let missed = (rendered[0].stages.total().cpu - 1.0).abs();
             assert!(missed <= NEAR, "{count}: {missed}");
             assert!((found(&rendered) / count - 1.0).abs() <= 0.1);
             assert!(images.get() <= 7, "{}", images.get());
@@ -190,7 +200,7 @@ mod tests {
         let bent = costing(|n| 0.1 + 0.01 * (n.min(60)) as f64);
         let bent = render_within(1.0, bent).expect("renders");
         assert!(
-            (bent[0].stages.total().wall - 0.7).abs() < 1e-9,
+            (bent[0].stages.total().cpu - 0.7).abs() < 1e-9,
             "fewer lights than asked"
         );
     }

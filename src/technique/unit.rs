@@ -69,10 +69,10 @@ pub static SAMPLES: Unit = Unit {
     rays: |amount, image| image.pixels * amount * image.rays_per_evaluation,
 };
 
-/// Seconds of an image in all; how much of the technique's first unit they pay for is found.
+/// Processor seconds of an image in all; how much of the technique's first unit they pay for is found.
 pub static SECONDS: Unit = Unit {
     key: "seconds",
-    heading: "s",
+    heading: "CPU s",
     is_timed: true,
     // A day.
     most: 86_400.0,
