@@ -100,9 +100,9 @@ fn blocks(c: &mut Criterion) {
         frames: 60,
     };
     let mut pool = Blocks::new(limits, Storage::Full { cones: 3 }.words());
-    pool.begin(&requests, (&charts, &grid));
+    pool.begin(&requests, &charts, &grid);
     group.bench_function("asked for again", |b| {
-        b.iter(|| pool.begin(&requests, (&charts, &grid)));
+        b.iter(|| pool.begin(&requests, &charts, &grid));
     });
     group.finish();
 }

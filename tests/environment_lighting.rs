@@ -209,7 +209,7 @@ fn largest_difference(a: &Image, b: &Image) -> f32 {
 }
 
 /// Renders with many seeds and compares the mean with the sum over texels, within its noise.
-fn assert_unbiased(lit: &Lit, exact: &Image, (id, parameters): (&str, &str), budget: usize) {
+fn assert_unbiased(lit: &Lit, exact: &Image, id: &str, parameters: &str, budget: usize) {
     let passes = 288 / budget as u64;
     let mut sums = vec![[0.0f64; 2]; 3 * exact.pixels.len()];
     for seed in 0..passes {
@@ -249,7 +249,7 @@ fn every_form_of_multiple_importance_sampling_is_unbiased() {
         for budget in [1, 6] {
             // One sample is a light sample: not stratified, and compensated ones need surface samples.
             if parameters.is_empty() || budget > 1 {
-                assert_unbiased(&lit, &exact, ("mis", parameters), budget);
+                assert_unbiased(&lit, &exact, "mis", parameters, budget);
             }
         }
     }
@@ -263,7 +263,7 @@ fn product_sampling_without_ratio_is_unbiased() {
         let lit = Lit::new(environment, PLAIN);
         let exact = lit.brute_force(8);
         for (parameters, budget) in [("", 1), ("", 6), ("lights = 5", 6)] {
-            assert_unbiased(&lit, &exact, ("product-ratio-unbiased", parameters), budget);
+            assert_unbiased(&lit, &exact, "product-ratio-unbiased", parameters, budget);
         }
     }
 }

@@ -37,7 +37,7 @@ fn cones<'a>(technique: &'a dyn Technique, text: &str) -> Box<dyn Contender + 'a
     seeded(technique, text, 1)
 }
 
-fn shot_of<'a>(moment: Moment<'a>, view: &'a View, (frame, spp): (u32, u32)) -> Shot<'a> {
+fn shot_of<'a>(moment: Moment<'a>, view: &'a View, frame: u32, spp: u32) -> Shot<'a> {
     let film = Film {
         width: SIZE[0],
         height: SIZE[1],
@@ -64,7 +64,7 @@ impl Built {
     /// A viewer's shot with many camera samples, so that edges in pixels are no error.
     fn seen(&self, view: usize, frame: u32) -> Shot<'_> {
         let moment = Moment::still(&self.scene, &self.tracer);
-        let mut shot = shot_of(moment, &self.scene.views[view], (frame, 16));
+        let mut shot = shot_of(moment, &self.scene.views[view], frame, 16);
         shot.viewer = view as u16;
         shot
     }
@@ -369,7 +369,7 @@ fn what_moves_carries_its_texels_along() {
             for direction in [&mut view.right, &mut view.up, &mut view.forward] {
                 *direction = carried.transform_vector3(*direction);
             }
-            let shot = shot_of(world.at(time_s), &view, (frame, 16));
+            let shot = shot_of(world.at(time_s), &view, frame, 16);
             let mut images = contender.frame(&[shot]).expect("a frame");
             last = images.pop().expect("one image");
         }

@@ -23,11 +23,7 @@ fn pairs(values: &Value, kind: &str) -> Vec<(String, Value)> {
     pairs.iter().map(|(k, v)| (k.clone(), v.clone())).collect()
 }
 
-fn compare_pair(
-    (folder, name): (&Path, &str),
-    suffix: &str,
-    options: &CompareOptions,
-) -> Comparison {
+fn compare_pair(folder: &Path, name: &str, suffix: &str, options: &CompareOptions) -> Comparison {
     let file = |role: &str| folder.join(format!("{name}_{role}.{suffix}"));
     compare_files(&file("ref"), &file("test"), options).unwrap()
 }
@@ -78,7 +74,7 @@ fn display_referred_pairs_agree() {
         return;
     };
     for (name, official) in pairs(&values, "ldr") {
-        let ours = compare_pair((&folder, &name), "png", &with_maps());
+        let ours = compare_pair(&folder, &name, "png", &with_maps());
         let label = |metric: &str| format!("{name} {metric}");
         assert_absolute(
             &label("flip"),
@@ -116,7 +112,7 @@ fn another_observer_agrees() {
         ..CompareOptions::default()
     };
     for (name, official) in pairs(&values, "ldr") {
-        let ours = compare_pair((&folder, &name), "png", &options);
+        let ours = compare_pair(&folder, &name, "png", &options);
         // The official mean is summed in f32, which costs up to 5.5e-4.
         let what = format!("{name} flip at 40 pixels per degree");
         assert_absolute(&what, ours.flip_ldr, &official["flip_mean_ppd40"], 6e-4);
@@ -134,7 +130,7 @@ fn linear_pairs_agree_for_every_tone_curve() {
                 tone_curve: curve,
                 ..with_maps()
             };
-            let ours = compare_pair((&folder, &name), "exr", &options);
+            let ours = compare_pair(&folder, &name, "exr", &options);
             let key = if curve == ToneCurve::Aces {
                 "ACES".to_owned()
             } else {

@@ -204,7 +204,7 @@ fn published_tables_are_listed_with_command_and_commit() {
 }
 
 /// Puts text between two marks of a page: compares, or blesses.
-fn between(page: &str, (start, end): (&str, &str), text: &str, advice: &str) {
+fn between(page: &str, start: &str, end: &str, text: &str, advice: &str) {
     let written = read(page);
     let (before, rest) = written.split_once(start).expect("a first mark");
     let (_, after) = rest.split_once(end).expect("a second mark");
@@ -223,10 +223,8 @@ fn headlines_are_cells_of_published_tables() {
     assert!(lines.len() >= 6);
     between(
         "README.md",
-        (
-            "<!-- headlines: from results/published/headlines.txt -->",
-            "<!-- end -->",
-        ),
+        "<!-- headlines: from results/published/headlines.txt -->",
+        "<!-- end -->",
         &lines.join("\n"),
         "LIGHTBENCH_BLESS=1 cargo test --test pages",
     );
@@ -246,7 +244,8 @@ fn worked_examples_are_those_that_are_compiled() {
         let code = code.unwrap_or_default().trim_end();
         between(
             "docs/adding.md",
-            (&format!("<!-- {file} -->"), "<!-- end -->"),
+            &format!("<!-- {file} -->"),
+            "<!-- end -->",
             &format!("```rust\n{code}\n```"),
             "LIGHTBENCH_BLESS=1 cargo test --test pages",
         );

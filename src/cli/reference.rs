@@ -102,12 +102,12 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
             for ((view, key), exposure) in views.zip(&exposures) {
                 let mut shot = loaded.shot((job, frame), view, technique.as_ref());
                 shot.exposure = *exposure;
-                let contents = (technique.as_ref(), &shot);
-                let mut reference = store.obtain(&key, contents, &|_, _| {})?;
+                let mut reference = store.obtain(&key, technique.as_ref(), &shot, &|_, _| {})?;
                 if let Some(samples) = wanted {
                     let shown = |done, all| tell!("{}: {done}/{all}", job.scene);
                     let path = store.path(&key);
-                    store.extend(&mut reference, (&path, samples), contents, &shown)?;
+                    let technique = technique.as_ref();
+                    store.extend(&mut reference, &path, samples, technique, &shot, &shown)?;
                 }
                 say!(
                     "{}, frame {frame}: {} samples",

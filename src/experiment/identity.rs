@@ -248,7 +248,7 @@ impl Job {
     }
 
     /// Fills in the content id, from what the job does and the key of its references.
-    pub(super) fn identify(&mut self, (entry, built): (&TechniqueEntry, &dyn Technique)) {
+    pub(super) fn identify(&mut self, entry: &TechniqueEntry, built: &dyn Technique) {
         let (own, _) = self.parameters_by_use(entry);
         let parts = versions(built, &self.method, &self.method_parameters);
         let mut done = vec![

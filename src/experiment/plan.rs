@@ -441,7 +441,7 @@ impl Planner<'_> {
                 };
                 let references = references.get_or_insert_with(|| job.reference_key(description));
                 job.reference.clone_from(references);
-                job.identify((entry, technique.as_ref()));
+                job.identify(entry, technique.as_ref());
                 plan.jobs.push(job);
             }
         }

@@ -50,11 +50,7 @@ impl Player<'_> {
         let mut state = Checkpoint::read(self.folder);
         let mut contender = self.start(state.count)?;
         contender.recall(&state.memory)?;
-        self.rewind(
-            loaded,
-            (truths, &exposures),
-            (contender.as_mut(), state.done),
-        )?;
+        self.rewind(loaded, truths, &exposures, contender.as_mut(), state.done)?;
         let mut written = std::time::Instant::now();
         let skips = sequence.skip_unmeasured
             && !contender.remembers()
@@ -94,7 +90,7 @@ impl Player<'_> {
                 }
                 _ => self.frame(contender.as_mut(), &frame, truths)?,
             };
-            self.measure(&frame, images, (&mut state, truths))?;
+            self.measure(&frame, images, &mut state, truths)?;
             state.done = place + 1;
             self.progress
                 .frame(self.job, state.done, sequence.frames.len());
@@ -124,8 +120,10 @@ impl Player<'_> {
     fn rewind(
         &self,
         loaded: &mut Loaded,
-        (truths, exposures): (&mut Truths, &[f32]),
-        (contender, done): (&mut dyn Contender, usize),
+        truths: &mut Truths,
+        exposures: &[f32],
+        contender: &mut dyn Contender,
+        done: usize,
     ) -> Result<(), String> {
         let sequence = &self.job.sequence;
         loaded.world.rewind();
@@ -225,11 +223,12 @@ impl Player<'_> {
         &self,
         frame: &Frame,
         images: Vec<Rendered>,
-        (state, truths): (&mut Checkpoint, &mut Truths),
+        state: &mut Checkpoint,
+        truths: &mut Truths,
     ) -> Result<(), String> {
         let sequence = &self.job.sequence;
         let exposure = self.technique.exposure_stops(frame.shots[0].scene);
-        let cold = self.cold_images(frame, (state.count, truths))?;
+        let cold = self.cold_images(frame, state.count, truths)?;
         let mut errors = Vec::new();
         for (shot, rendered) in frame.shots.iter().zip(images) {
             let mut record = FrameRecord {
@@ -295,7 +294,8 @@ impl Player<'_> {
     fn cold_images(
         &self,
         frame: &Frame,
-        (count, truths): (Option<u64>, &mut Truths),
+        count: Option<u64>,
+        truths: &mut Truths,
     ) -> Result<Vec<Image>, String> {
         let sequence = &self.job.sequence;
         if !sequence.cold || !sequence.is_measured(frame.place) {

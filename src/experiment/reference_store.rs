@@ -65,7 +65,8 @@ impl ReferenceStore {
     pub fn obtain(
         &self,
         key: &str,
-        (technique, shot): (&dyn Technique, &Shot),
+        technique: &dyn Technique,
+        shot: &Shot,
         progress: &dyn Fn(u32, u32),
     ) -> Result<Reference, ImageError> {
         let path = self.path(key);
@@ -114,7 +115,7 @@ impl ReferenceStore {
         }
         let random = technique.reference_is_random();
         let mut reference = known.unwrap_or_else(|| Reference::empty(shot, wanted, random));
-        self.extend(&mut reference, (&path, wanted), (technique, shot), progress)?;
+        self.extend(&mut reference, &path, wanted, technique, shot, progress)?;
         lock.remove();
         Ok(reference)
     }
@@ -126,8 +127,10 @@ impl ReferenceStore {
     pub fn extend(
         &self,
         reference: &mut Reference,
-        (path, wanted): (&Path, u32),
-        (technique, shot): (&dyn Technique, &Shot),
+        path: &Path,
+        wanted: u32,
+        technique: &dyn Technique,
+        shot: &Shot,
         progress: &dyn Fn(u32, u32),
     ) -> Result<(), ImageError> {
         reference.wanted = wanted;

@@ -99,7 +99,7 @@ impl<'a> Truths<'a> {
         let key = self.key(job, shot)?;
         let shown = |done, all| progress.reference(job, done, all);
         let obtained = progress.time("references", || {
-            self.store.obtain(&key, (technique, shot), &shown)
+            self.store.obtain(&key, technique, shot, &shown)
         });
         let reference = obtained.map_err(|error| format!("no reference: {error}"))?;
         let truth = Rc::new(Truth { key, reference });

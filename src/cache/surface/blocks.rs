@@ -102,7 +102,7 @@ impl Blocks {
 
     /// Begins a frame: maps what merged requests ask for, in the order of keys, and gives up what is old. Where there is
     /// no room the block that was asked for longest ago goes, if it is not asked for now.
-    pub fn begin(&mut self, requests: &Requests, (charts, grid): (&Charts, &Grid)) -> Asked {
+    pub fn begin(&mut self, requests: &Requests, charts: &Charts, grid: &Grid) -> Asked {
         self.frame += 1;
         self.slots.iter_mut().for_each(|slot| slot.asked = 0);
         let mut unknown = Vec::new();
@@ -131,7 +131,7 @@ impl Blocks {
             new.push((slot, key));
         }
         asked.new = new.len() as u64;
-        self.look_up(&new, (charts, grid));
+        self.look_up(&new, charts, grid);
         asked
     }
 
@@ -193,7 +193,7 @@ impl Blocks {
     }
 
     /// Finds the surface points of new blocks.
-    fn look_up(&mut self, new: &[(u32, BlockKey)], (charts, grid): (&Charts, &Grid)) {
+    fn look_up(&mut self, new: &[(u32, BlockKey)], charts: &Charts, grid: &Grid) {
         let found: Vec<_> = new
             .par_iter()
             .map(|(_, key)| surface_points(charts, grid, *key))
@@ -333,7 +333,8 @@ impl Blocks {
     pub fn recall(
         &mut self,
         memory: Vec<BlockMemory>,
-        (charts, grid): (&Charts, &Grid),
+        charts: &Charts,
+        grid: &Grid,
     ) -> Result<(), String> {
         let size = BLOCK_TEXELS * self.words_per_texel;
         let fits = |block: &BlockMemory| {
@@ -371,7 +372,7 @@ impl Blocks {
             self.slot_of.insert(block.key, slot);
             new.push((slot, block.key));
         }
-        self.look_up(&new, (charts, grid));
+        self.look_up(&new, charts, grid);
         for (slot, index, point) in moved {
             self.points[slot][index as usize] = point;
         }

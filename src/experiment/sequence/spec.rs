@@ -198,7 +198,7 @@ impl SequenceSpec {
                 return Err(("viewers", why));
             }
             Some(ViewersSpec::Rule(rule)) => match rule.overlap {
-                Some(overlap) => turned(scene, path, (rule.count, overlap))?,
+                Some(overlap) => turned(scene, path, rule.count, overlap)?,
                 None => first(scene, rule)?,
             },
         };
@@ -303,7 +303,8 @@ fn first(scene: &SceneDescription, rule: &ViewerRule) -> Result<Vec<Viewer>, Fau
 fn turned(
     scene: &SceneDescription,
     path: Option<&str>,
-    (count, overlap): (usize, f64),
+    count: usize,
+    overlap: f64,
 ) -> Result<Vec<Viewer>, Fault> {
     let Some(name) = path else {
         let why = "viewers with an `overlap` are copies of one path: name it as `path`";

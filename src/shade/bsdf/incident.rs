@@ -103,7 +103,7 @@ impl LocalBsdf<'_> {
             }
             Model::RoughConductor(metal, facets) if is_plain(*facets) => {
                 incident.pad();
-                let [_, gloss] = totals(&metal_sums(&lit, (metal, *facets), incident));
+                let [_, gloss] = totals(&metal_sums(&lit, metal, *facets, incident));
                 metal.specular * gloss
             }
             _ => {
@@ -124,7 +124,7 @@ impl Plastic<'_> {
     fn scattered(&self, lit: &View, incident: &Incident) -> Vec3 {
         let coating = self.coating;
         let sums = match coating.facets {
-            Some(facets) => coated_sums(lit, (coating, facets), incident),
+            Some(facets) => coated_sums(lit, coating, facets, incident),
             None => smooth_sums(lit, coating, incident),
         };
         let [base, gloss] = totals(&sums);
@@ -241,11 +241,7 @@ fn smooth_sums(lit: &View, coating: &Coating, incident: &Incident) -> Sums {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn coated_sums(
-    lit: &View,
-    (coating, facets): (&Coating, Microfacets),
-    incident: &Incident,
-) -> Sums {
+fn coated_sums(lit: &View, coating: &Coating, facets: Microfacets, incident: &Incident) -> Sums {
     let view_masking = facets.masking(lit.view, Vec3::Z);
     let mut sums = Sums::default();
     for batch in lit.batches(incident) {
@@ -261,7 +257,7 @@ fn coated_sums(
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn metal_sums(lit: &View, (metal, facets): (&Conductor, Microfacets), incident: &Incident) -> Sums {
+fn metal_sums(lit: &View, metal: &Conductor, facets: Microfacets, incident: &Incident) -> Sums {
     let view_masking = facets.masking(lit.view, Vec3::Z);
     let mut sums = Sums::default();
     for batch in lit.batches(incident) {

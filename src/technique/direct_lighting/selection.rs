@@ -65,7 +65,7 @@ impl Selecting<'_> {
                 let group = (POOL / self.candidates).max(1);
                 for first in (0..count).step_by(group as usize) {
                     let count = group.min(count - first);
-                    self.resample(at, count, (rng, &adds), &mut selected);
+                    self.resample(at, count, rng, &adds, &mut selected);
                 }
                 selected
             }
@@ -101,7 +101,8 @@ impl Selecting<'_> {
         &self,
         at: &Interaction,
         count: u32,
-        (rng, adds): (&mut Rng, &impl Fn(&Unshadowed) -> f32),
+        rng: &mut Rng,
+        adds: &impl Fn(&Unshadowed) -> f32,
         selected: &mut Vec<Selected>,
     ) {
         let all = count * self.candidates;

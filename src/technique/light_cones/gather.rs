@@ -90,12 +90,13 @@ impl Gathering<'_> {
                 normal: normal_of(self.shot.scene, point.triangle, back),
                 frame: frame_of(
                     self.shot.scene,
-                    (point.triangle, back),
+                    point.triangle,
+                    back,
                     self.parameters.orientation,
                 ),
             };
             let entry = self.storage.read(words);
-            let entry = self.updated(caster, &texel, (entry, &mut rng), &mut tally);
+            let entry = self.updated(caster, &texel, entry, &mut rng, &mut tally);
             self.storage.write(&entry, words);
         }
         tally
@@ -117,11 +118,11 @@ impl Gathering<'_> {
         &self,
         caster: &Caster,
         texel: &Receiver,
-        (entry, rng): (Entry, &mut Rng),
+        mut entry: Entry,
+        rng: &mut Rng,
         tally: &mut Tally,
     ) -> Entry {
         let calm = self.is_calm(&entry);
-        let mut entry = entry;
         if self.switched {
             entry.count = entry.count.min(1.0);
         }
@@ -147,7 +148,7 @@ impl Gathering<'_> {
             }
         }
         update.average();
-        self.test(caster, texel, (&mut update, rng), calm, tally);
+        self.test(caster, texel, &mut update, rng, calm, tally);
         let entry = update.finish();
         tally.texels += 1;
         tally.calm += u64::from(calm);
@@ -161,7 +162,8 @@ impl Gathering<'_> {
         &self,
         caster: &Caster,
         texel: &Receiver,
-        (update, rng): (&mut Update, &mut Rng),
+        update: &mut Update,
+        rng: &mut Rng,
         calm: bool,
         tally: &mut Tally,
     ) {

@@ -46,7 +46,7 @@ impl Memory {
         if self.charts.triangles() != scene.triangles.len() {
             return Err("what was remembered is of another scene".into());
         }
-        blocks.recall(self.blocks, (&self.charts, &self.grid))?;
+        blocks.recall(self.blocks, &self.charts, &self.grid)?;
         Ok(Surfaces {
             charts: self.charts,
             grid: self.grid,

@@ -116,9 +116,9 @@ impl Contender for LightCones {
             .collect();
         let requests = Requests::merged(sights.iter().map(|s| s.requests.clone()).collect());
         let seen: Vec<(&Shot, &Sight)> = shots.iter().zip(&sights).collect();
-        let updated = self.update((&mut surfaces, &requests), &seen, &mut images[0]);
+        let updated = self.update(&mut surfaces, &requests, &seen, &mut images[0]);
         for ((shot, sight), rendered) in shots.iter().zip(&sights).zip(&mut images) {
-            self.show(&surfaces, (shot, sight), rendered);
+            self.show(&surfaces, shot, sight, rendered);
             updated.report(&surfaces, rendered);
         }
         // What viewers share is held once.
@@ -175,7 +175,8 @@ impl LightCones {
     /// Maps and updates every texel that is asked for.
     fn update(
         &self,
-        (surfaces, requests): (&mut Surfaces, &Requests),
+        surfaces: &mut Surfaces,
+        requests: &Requests,
         seen: &[(&Shot, &Sight)],
         rendered: &mut Rendered,
     ) -> Updated {
@@ -198,8 +199,13 @@ impl LightCones {
             switched: self.parameters.motion == Motion::Scene && surfaces.stillness.switched,
         };
         let asked = rendered.stages.time("blocks", || {
-            let charts = (&surfaces.charts, &surfaces.grid);
-            surfaces.blocks.begin(requests, charts)
+            let Surfaces {
+                charts,
+                grid,
+                blocks,
+                ..
+            } = &mut *surfaces;
+            blocks.begin(requests, charts, grid)
         });
         let counter = RayCounter::default();
         let moved = match self.parameters.cut_off {
@@ -228,7 +234,7 @@ impl LightCones {
     }
 
     /// Makes an image of the texels.
-    fn show(&self, surfaces: &Surfaces, (shot, sight): (&Shot, &Sight), rendered: &mut Rendered) {
+    fn show(&self, surfaces: &Surfaces, shot: &Shot, sight: &Sight, rendered: &mut Rendered) {
         let counter = RayCounter::default();
         let shading = Shading {
             shot,

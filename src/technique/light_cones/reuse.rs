@@ -56,7 +56,8 @@ impl Gathering<'_> {
         let frame = |triangle| {
             frame_of(
                 self.shot.scene,
-                (triangle, surface.back),
+                triangle,
+                surface.back,
                 self.parameters.orientation,
             )
         };

@@ -89,7 +89,7 @@ impl Shading<'_> {
             .enumerate()
             .map_init(start, |workplace, (band, pixels)| {
                 workplace.tally = ShadingTally::default();
-                self.band(workplace, (band * BAND * width, pixels), (sight, &turns));
+                self.band(workplace, sight, &turns, band * BAND * width, pixels);
                 workplace.tally
             })
             .collect();
@@ -102,8 +102,10 @@ impl Shading<'_> {
     fn band(
         &self,
         workplace: &mut Workplace,
-        (first, pixels): (usize, &mut [[f32; 3]]),
-        (sight, turns): (&Sight, &[[f32; 2]]),
+        sight: &Sight,
+        turns: &[[f32; 2]],
+        first: usize,
+        pixels: &mut [[f32; 3]],
     ) {
         let samples = self.shot.spp as usize;
         let width = self.shot.width.max(1);
@@ -113,11 +115,11 @@ impl Shading<'_> {
                 let mut sum = Vec3::ZERO;
                 for sample in 0..samples {
                     let ray = camera_ray(self.shot, pixel as u32, sample as u32);
-                    let seen = (ray, sight.hits[pixel * samples + sample]);
+                    let hit = sight.hits[pixel * samples + sample];
                     let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
                     let number = u64::from(self.shot.frame) << 32 | sample as u64;
                     let mut rng = Rng::new(self.seed, STREAM, item, number);
-                    let radiance = self.radiance(workplace, (seen, turns), &mut rng);
+                    let radiance = self.radiance(workplace, turns, ray, hit, &mut rng);
                     match radiance.is_finite() {
                         true => sum += radiance,
                         false => workplace.tally.non_finite += 1,
@@ -132,7 +134,9 @@ impl Shading<'_> {
     fn radiance(
         &self,
         workplace: &mut Workplace,
-        ((ray, hit), turns): ((Ray, Option<Hit>), &[[f32; 2]]),
+        turns: &[[f32; 2]],
+        ray: Ray,
+        hit: Option<Hit>,
         rng: &mut Rng,
     ) -> Vec3 {
         let paths = &self.shot.paths;
@@ -152,7 +156,7 @@ impl Shading<'_> {
                 if let Some(cones) = workplace.texels.get(texel, make) {
                     for cone in cones {
                         let incident = &mut workplace.incident;
-                        scattered += self.scattered(&at, (cone, weight), (incident, turns));
+                        scattered += self.scattered(&at, cone, weight, incident, turns);
                     }
                     weights += weight;
                 }
@@ -190,8 +194,10 @@ impl Shading<'_> {
     fn scattered(
         &self,
         at: &Interaction,
-        (cone, weight): (&ShownCone, f32),
-        (incident, turns): (&mut Incident, &[[f32; 2]]),
+        cone: &ShownCone,
+        weight: f32,
+        incident: &mut Incident,
+        turns: &[[f32; 2]],
     ) -> Vec3 {
         if let Some(scattering) = at.lambertian() {
             let height = cone.frame.normal.dot(at.facing_shading_normal());

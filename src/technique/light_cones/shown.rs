@@ -92,7 +92,7 @@ impl Shading<'_> {
         }
         let back = texel.block.surface().back;
         let orientation = self.parameters.orientation;
-        let frame = frame_of(self.shot.scene, (point.triangle, back), orientation);
+        let frame = frame_of(self.shot.scene, point.triangle, back, orientation);
         // The directions of a texel stay the same, so that they do not flicker.
         let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
         let turn = (TAU * (turn as f32 / (1 << 24) as f32)).sin_cos();

@@ -60,8 +60,8 @@ impl Sight {
             .map_init(
                 || shot.tracer.caster(counter),
                 |caster, (band, hits)| {
-                    look(shot, caster, (band * TILE, &mut *hits));
-                    addresses.requests((band * TILE * shot.width, hits))
+                    look(shot, caster, band * TILE, hits);
+                    addresses.requests(band * TILE * shot.width, hits)
                 },
             )
             .collect();
@@ -90,7 +90,7 @@ pub(super) fn camera_ray(shot: &Shot, pixel: u32, sample: u32) -> Ray {
 }
 
 /// Casts the camera samples of a band of pixels from row `top` on.
-fn look(shot: &Shot, caster: &Caster, (top, hits): (usize, &mut [Option<Hit>])) {
+fn look(shot: &Shot, caster: &Caster, top: usize, hits: &mut [Option<Hit>]) {
     let samples = shot.spp as usize;
     let rows = hits.len() / (shot.width * samples).max(1);
     let origin = shot.view.origin.as_vec3();
@@ -149,7 +149,7 @@ impl<'a> Addresses<'a> {
 
     /// What the camera samples of pixels from `first_pixel` on ask for, and for how many another size of texels would
     /// have been better.
-    fn requests(&self, (first_pixel, hits): (usize, &[Option<Hit>])) -> (Requests, u64) {
+    fn requests(&self, first_pixel: usize, hits: &[Option<Hit>]) -> (Requests, u64) {
         let samples = self.shot.spp as usize;
         let mut requests = Requests::default();
         let mut other_sizes = 0;

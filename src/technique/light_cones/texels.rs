@@ -39,7 +39,8 @@ pub(super) fn normal_of(scene: &Scene, triangle: u32, back: bool) -> Vec3 {
 /// The frame that the cones of a texel are told in, as its triangle lies now.
 pub(super) fn frame_of(
     scene: &Scene,
-    (triangle, back): (u32, bool),
+    triangle: u32,
+    back: bool,
     orientation: Orientation,
 ) -> Frame {
     if orientation == Orientation::World {
@@ -91,7 +92,7 @@ mod tests {
         let turn = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 2.0);
         for (back, scale) in [(false, 1.0), (true, 1e-4), (true, 1e5)] {
             let still = triangle(Quat::IDENTITY, scale);
-            let of = |scene: &Scene| frame_of(scene, (0, back), Orientation::Surface);
+            let of = |scene: &Scene| frame_of(scene, 0, back, Orientation::Surface);
             let (before, after) = (of(&still), of(&triangle(turn, scale)));
             let direction = Vec3::new(0.1, 0.7, -0.4);
             let carried = turn * before.to_world(direction);
@@ -99,7 +100,7 @@ mod tests {
             assert!((before.to_local(before.to_world(direction)) - direction).length() < 1e-5);
             assert_eq!(before.normal, normal_of(&still, 0, back));
             assert_eq!(before.normal.z < 0.0, back);
-            let world = frame_of(&still, (0, back), Orientation::World);
+            let world = frame_of(&still, 0, back, Orientation::World);
             assert_eq!(world.to_world(direction), direction);
         }
     }

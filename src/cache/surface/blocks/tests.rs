@@ -39,13 +39,13 @@ fn there(pool: &Blocks) -> Vec<u32> {
 fn blocks_are_kept_until_nobody_asks_for_long() {
     let charts = charts();
     let mut pool = pool(100, 2);
-    let asked = pool.begin(&row([0, 1, 2]), (&charts, &GRID));
+    let asked = pool.begin(&row([0, 1, 2]), &charts, &GRID);
     assert_eq!((asked.new, asked.evicted, asked.refused), (3, 0, 0));
     for _ in 0..2 {
-        let asked = pool.begin(&row([1]), (&charts, &GRID));
+        let asked = pool.begin(&row([1]), &charts, &GRID);
         assert_eq!((asked.new, asked.evicted), (0, 0));
     }
-    let asked = pool.begin(&row([1, 5]), (&charts, &GRID));
+    let asked = pool.begin(&row([1, 5]), &charts, &GRID);
     assert_eq!((asked.new, asked.evicted), (1, 2));
     assert_eq!(there(&pool), [1, 5]);
     assert!(pool.active_bytes() < pool.allocated_bytes());
@@ -55,16 +55,16 @@ fn blocks_are_kept_until_nobody_asks_for_long() {
 fn a_full_pool_gives_up_the_oldest_and_refuses_the_rest() {
     let charts = charts();
     let mut pool = pool(3, 100);
-    pool.begin(&row([0, 1]), (&charts, &GRID));
-    pool.begin(&row([1, 2]), (&charts, &GRID));
-    let asked = pool.begin(&row([2, 3, 4]), (&charts, &GRID));
+    pool.begin(&row([0, 1]), &charts, &GRID);
+    pool.begin(&row([1, 2]), &charts, &GRID);
+    let asked = pool.begin(&row([2, 3, 4]), &charts, &GRID);
     assert_eq!((asked.new, asked.evicted, asked.refused), (2, 2, 0));
     assert_eq!(there(&pool), [2, 3, 4]);
-    let asked = pool.begin(&row([5, 6, 7, 8]), (&charts, &GRID));
+    let asked = pool.begin(&row([5, 6, 7, 8]), &charts, &GRID);
     assert_eq!((asked.new, asked.refused), (3, 1));
     assert_eq!(there(&pool), [5, 6, 7]);
     let mut none = self::pool(0, 3);
-    assert_eq!(none.begin(&row([0]), (&charts, &GRID)).refused, 1);
+    assert_eq!(none.begin(&row([0]), &charts, &GRID).refused, 1);
     assert!(none.is_empty());
 }
 
@@ -73,7 +73,7 @@ fn contents_stay_with_their_texels_and_new_blocks_are_empty() {
     let charts = charts();
     let mut pool = pool(3, 100);
     let texel = |block: u32| GRID.nearest(FLOOR, Vec2::new((8 * block + 2) as f32, 3.0), 0);
-    pool.begin(&row([0, 1, 2]), (&charts, &GRID));
+    pool.begin(&row([0, 1, 2]), &charts, &GRID);
     let found = pool.work(
         || (),
         |_, block| {
@@ -89,7 +89,7 @@ fn contents_stay_with_their_texels_and_new_blocks_are_empty() {
         [Some(1), Some(2), Some(3)]
     );
     pool.texel_mut(texel(1)).expect("there")[1] = 9;
-    pool.begin(&row([1, 2, 4]), (&charts, &GRID));
+    pool.begin(&row([1, 2, 4]), &charts, &GRID);
     assert_eq!(
         [0, 1, 2, 4].map(|b| read(&pool, b)),
         [None, Some(9), Some(3), Some(0)]
@@ -104,33 +104,31 @@ fn what_is_remembered_goes_on_the_same() {
     let charts = charts();
     let mut before = pool(4, 2);
     for blocks in [0..3, 1..4, 3..5] {
-        before.begin(&row(blocks), (&charts, &GRID));
+        before.begin(&row(blocks), &charts, &GRID);
         before.work(
             || (),
             |_, block| block.words.iter_mut().for_each(|w| *w += 1),
         );
     }
     let mut after = pool(4, 2);
-    after
-        .recall(before.memory(), (&charts, &GRID))
-        .expect("fits");
+    after.recall(before.memory(), &charts, &GRID).expect("fits");
     assert_eq!(after.memory(), before.memory());
     for blocks in [4..6, 5..8, 0..4] {
-        let asked = before.begin(&row(blocks.clone()), (&charts, &GRID));
-        assert_eq!(after.begin(&row(blocks), (&charts, &GRID)), asked);
+        let asked = before.begin(&row(blocks.clone()), &charts, &GRID);
+        assert_eq!(after.begin(&row(blocks), &charts, &GRID), asked);
         assert_eq!(after.memory(), before.memory());
     }
     let mut small = pool(1, 2);
-    assert!(small.recall(before.memory(), (&charts, &GRID)).is_err());
+    assert!(small.recall(before.memory(), &charts, &GRID).is_err());
     let mut wide = Blocks::new(before.limits, 5);
-    assert!(wide.recall(before.memory(), (&charts, &GRID)).is_err());
+    assert!(wide.recall(before.memory(), &charts, &GRID).is_err());
 }
 
 #[test]
 fn a_texel_begins_once_and_keeps_the_point_it_was_moved_to() {
     let charts = charts();
     let mut pool = pool(10, 2);
-    pool.begin(&row([0, 1]), (&charts, &GRID));
+    pool.begin(&row([0, 1]), &charts, &GRID);
     let [moved, stays] = [2.0, 10.0].map(|x| GRID.nearest(FLOOR, Vec2::new(x, 3.0), 0));
     let point = SurfacePoint {
         triangle: 0,
@@ -149,15 +147,15 @@ fn a_texel_begins_once_and_keeps_the_point_it_was_moved_to() {
     check(&pool);
     let mut again = self::pool(10, 2);
     again
-        .recall(pool.memory(), (&charts, &GRID))
+        .recall(pool.memory(), &charts, &GRID)
         .expect("recalls");
     check(&again);
     // A block that comes back begins anew.
     for _ in 0..3 {
-        pool.begin(&row([5]), (&charts, &GRID));
+        pool.begin(&row([5]), &charts, &GRID);
     }
     assert!(!pool.begins(moved), "its block is gone");
-    pool.begin(&row([0]), (&charts, &GRID));
+    pool.begin(&row([0]), &charts, &GRID);
     assert!(pool.begins(moved));
     assert_ne!(pool.texel(moved).map(|(point, _)| point), Some(point));
 }
