@@ -96,7 +96,11 @@ impl View {
     /// Unit direction through film position (`x`, `y`) in pixels, the top left corner at (0, 0), on
     /// a film of `size` = [width, height].
     pub fn direction(&self, x: f64, y: f64, size: [usize; 2]) -> Vec3 {
-        let [tx, ty] = self.half_tangents(size[0], size[1]);
+        self.direction_within(self.half_tangents(size[0], size[1]), [x, y], size)
+    }
+
+    /// The same on a film whose [`View::half_tangents`] are known.
+    pub fn direction_within(&self, [tx, ty]: [f64; 2], [x, y]: [f64; 2], size: [usize; 2]) -> Vec3 {
         let sx = (2.0 * x / size[0] as f64 - 1.0) * tx;
         let sy = (1.0 - 2.0 * y / size[1] as f64) * ty;
         (self.right * sx + self.up * sy + self.forward)

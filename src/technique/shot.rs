@@ -42,6 +42,8 @@ pub struct Shot<'a> {
     pub layer: Option<Image>,
     /// Whether camera rays may meet mirrors, glass or opacity masks.
     specular: bool,
+    /// See [`View::half_tangents`].
+    half_tangents: [f64; 2],
 }
 
 /// Size of a shot.
@@ -150,6 +152,7 @@ impl<'a> Shot<'a> {
             exposure: 1.0,
             layer: None,
             specular: scene.materials.iter().any(Material::is_specular),
+            half_tangents: view.half_tangents(film.width, film.height),
         }
     }
 
@@ -188,7 +191,13 @@ impl<'a> Shot<'a> {
         let [dx, dy] = Self::sub_pixel(sample);
         let x = (pixel as usize % self.width) as f64 + dx;
         let y = (pixel as usize / self.width) as f64 + dy;
-        let direction = self.view.direction(x, y, [self.width, self.height]);
+        self.ray_through(x, y)
+    }
+
+    /// The camera ray through a film position in pixels, the top left corner at (0, 0).
+    pub fn ray_through(&self, x: f64, y: f64) -> Ray {
+        let size = [self.width, self.height];
+        let direction = self.view.direction_within(self.half_tangents, [x, y], size);
         Ray::new(self.view.origin.as_vec3(), direction)
     }
 

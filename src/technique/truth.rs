@@ -11,7 +11,7 @@ use crate::sample::Rng;
 use crate::scene::{Needs, Scene};
 use crate::shade::Depths;
 use crate::suggest::advice;
-use crate::trace::{Caster, Ray};
+use crate::trace::Caster;
 
 /// Keys the random numbers of the reference's paths.
 const STREAM: u64 = 0x7472_7574_6800;
@@ -153,13 +153,12 @@ pub(super) struct TracedPaths<'a> {
 
 impl ShadingFunction for TracedPaths<'_> {
     fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
-        let size = [self.shot.width, self.shot.height];
-        let origin = self.shot.view.origin.as_vec3();
+        let width = self.shot.width;
         each_pixel(first_pixel, out, |pixel| {
             let mut rng = Rng::new(self.seed, self.stream, u64::from(pixel), u64::from(sample));
-            let x = (pixel as usize % size[0]) as f64 + rng.next_f64();
-            let y = (pixel as usize / size[0]) as f64 + rng.next_f64();
-            let ray = Ray::new(origin, self.shot.view.direction(x, y, size));
+            let x = (pixel as usize % width) as f64 + rng.next_f64();
+            let y = (pixel as usize / width) as f64 + rng.next_f64();
+            let ray = self.shot.ray_through(x, y);
             let depths = Depths::up_to(self.max_depth);
             let paths = &self.shot.paths;
             if !self.hides_lights {

@@ -20,6 +20,9 @@ pub struct Cone {
 /// Widest half angle: a surface receives light from a hemisphere.
 pub(super) const WIDEST: f32 = FRAC_PI_2;
 
+/// More than rounding changes the cosine of two unit vectors by.
+const ROUNDING: f32 = 2e-6;
+
 /// Angle between unit vectors, radians in [0, π]; exact for small ones too.
 pub fn angle_between(a: Vec3, b: Vec3) -> f32 {
     a.cross(b).length().atan2(a.dot(b))
@@ -39,6 +42,19 @@ impl Cone {
     /// Angle from the edge out to a direction, radians; negative inside.
     pub fn gap_to(&self, direction: Vec3) -> f32 {
         angle_between(self.axis, direction) - self.half_angle
+    }
+
+    /// Whether a unit direction lies inside, as `gap_to(direction) <= 0.0` says, mostly without its arc tangent.
+    pub fn holds(&self, direction: Vec3) -> bool {
+        // Alternating series of the cosine bound it from both sides.
+        let square = self.half_angle * self.half_angle;
+        let above = 1.0 - square * (0.5 - square / 24.0);
+        let below = above - square * square * square / 720.0;
+        let cosine = self.axis.dot(direction);
+        if cosine > above + ROUNDING {
+            return true;
+        }
+        cosine >= below - ROUNDING && self.gap_to(direction) <= 0.0
     }
 
     /// A unit direction inside, uniformly by solid angle; `u` in [0, 1) goes from the axis to the edge, `turn` in
@@ -124,6 +140,7 @@ pub(super) fn turned(from: Vec3, towards: Vec3, angle: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample::Rng;
 
     fn at(degrees: f32) -> Vec3 {
         let (sine, cosine) = degrees.to_radians().sin_cos();
@@ -164,6 +181,25 @@ mod tests {
         assert_is(&all, 60.0, 90.0);
         let opposite = cone(0.0, 50.0).enclosing(&cone(180.0, 50.0));
         assert!(opposite.axis.is_normalized() && opposite.half_angle == WIDEST);
+    }
+
+    #[test]
+    fn a_cone_holds_what_has_no_gap_to_it() {
+        let mut rng = Rng::new(3, 0, 0, 0);
+        for half_angle_deg in [0.0, 0.01, 1.43, 8.0, 45.0, 90.0] {
+            let cone = cone(25.0, half_angle_deg);
+            let (mut inside, count) = (0, 20_000);
+            for _ in 0..count {
+                // Half of them near the edge.
+                let spread = if rng.next_f32() < 0.5 { 1e-4 } else { 1.0 };
+                let angle = cone.half_angle * (1.0 + spread * (2.0 * rng.next_f32() - 1.0));
+                let direction = cone.direction_at(angle, rng.next_f32());
+                assert_eq!(cone.holds(direction), cone.gap_to(direction) <= 0.0);
+                inside += u32::from(cone.holds(direction));
+            }
+            assert!(half_angle_deg == 0.0 || (count / 4..3 * count / 4).contains(&inside));
+            assert!(cone.holds(cone.axis) && !cone.holds(-cone.axis));
+        }
     }
 
     #[test]

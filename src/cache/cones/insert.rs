@@ -102,16 +102,15 @@ impl<'a> Update<'a> {
 
     /// (A) The cone around a direction.
     fn around(&self, direction: Vec3) -> Option<usize> {
-        let of = |cone: &Cone| (angle_between(cone.axis, direction), cone.half_angle);
-        let angles = self.cones().iter().map(of).enumerate();
-        let inside = angles.filter(|(_, (angle, half))| angle <= half);
-        let order = |&(_, (angle, half)): &(usize, (f32, f32))| match self.rules.inside {
-            Inside::Deepest => angle / half,
-            Inside::Narrowest => half,
+        let cones = self.cones().iter().enumerate();
+        let inside = cones.filter(|(_, cone)| cone.holds(direction));
+        let order = |cone: &Cone| match self.rules.inside {
+            Inside::Deepest => angle_between(cone.axis, direction) / cone.half_angle,
+            Inside::Narrowest => cone.half_angle,
         };
         inside
-            .min_by(|a, b| order(a).total_cmp(&order(b)))
-            .map(|(i, _)| i)
+            .min_by(|(_, a), (_, b)| order(a).total_cmp(&order(b)))
+            .map(|(index, _)| index)
     }
 
     /// (B) A new cone.

@@ -4,7 +4,7 @@ use glam::Vec3;
 use multiversion::multiversion;
 
 use super::conductor::Conductor;
-use super::microfacet::Microfacets;
+use super::microfacet::{Microfacets, ggx_density, ggx_masking};
 use super::plastic::{Coating, Plastic};
 use super::{LocalBsdf, Model, fresnel};
 use crate::scene::MicrofacetDistribution;
@@ -16,55 +16,75 @@ pub struct Incident {
     directions: [Vec<f32>; 3],
     /// What each brings, linear RGB: irradiance of a surface that faced it.
     power: [Vec<f32>; 3],
+    /// How many there are; arrays are longer by [`LANES`] at least, and what lies beyond means nothing.
+    len: usize,
 }
 
 /// Directions that are worked on together.
-const LANES: usize = 8;
-type Lanes = [f32; LANES];
+pub const LANES: usize = 8;
+/// A number of each of them.
+pub type Lanes = [f32; LANES];
 /// Sums of power times a number of each direction: of the base, and of the gloss.
 type Sums = [[Lanes; 3]; 2];
 
 impl Incident {
     /// Takes all light away.
     pub fn clear(&mut self) {
-        let arrays = self.directions.iter_mut().chain(&mut self.power);
-        arrays.for_each(Vec::clear);
+        self.len = 0;
     }
 
-    /// Adds `count` directions that bring the same power each; `write` is given one array a coordinate to fill.
-    pub fn add(&mut self, count: usize, power: Vec3, write: impl FnOnce([&mut [f32]; 3])) {
-        let from = self.len();
-        for (array, power) in self.power.iter_mut().zip(power.to_array()) {
-            array.resize(from + count, power);
+    /// Adds `count` directions that bring the same power each. `made` gives the coordinates of those of a batch of [`LANES`];
+    /// what is beyond `count` in the last batch is left out.
+    #[inline(always)]
+    pub fn add(&mut self, count: usize, power: Vec3, made: impl Fn(usize) -> [Lanes; 3]) {
+        self.make_room(count);
+        for batch in 0..count.div_ceil(LANES) {
+            self.write(self.len + batch * LANES, made(batch), power);
         }
-        let added = self.directions.each_mut().map(|array| {
-            array.resize(from + count, 0.0);
-            &mut array[from..]
-        });
-        write(added);
+        self.len += count;
+    }
+
+    /// For `count` more directions, and a batch beyond them.
+    fn make_room(&mut self, count: usize) {
+        let least = self.len + count + 2 * LANES;
+        if self.power[0].len() < least {
+            let arrays = self.directions.iter_mut().chain(&mut self.power);
+            arrays.for_each(|array| array.resize(2 * least, 0.0));
+        }
+    }
+
+    fn write(&mut self, at: usize, directions: [Lanes; 3], power: Vec3) {
+        let place = at..at + LANES;
+        for (array, lanes) in self.directions.iter_mut().zip(directions) {
+            array[place.clone()].copy_from_slice(&lanes);
+        }
+        for (array, power) in self.power.iter_mut().zip(power.to_array()) {
+            array[place.clone()].fill(power);
+        }
     }
 
     /// Multiplies the power of the last `count` directions.
     pub fn scale_last(&mut self, count: usize, factor: f32) {
-        let from = self.len() - count;
-        let powers = self.power.iter_mut().flat_map(|array| &mut array[from..]);
+        let last = self.len - count..self.len;
+        let arrays = self.power.iter_mut();
+        let powers = arrays.flat_map(|array| &mut array[last.clone()]);
         powers.for_each(|power| *power *= factor);
     }
 
     /// How many of the last `count` directions lie on the side where z has this sign.
     pub fn above(&self, count: usize, sign: f32) -> usize {
-        let z = &self.directions[2][self.len() - count..];
-        z.iter().filter(|z| **z * sign > 0.0).count()
+        let z = &self.directions[2][self.len - count..self.len];
+        z.iter().map(|z| usize::from(z * sign > 0.0)).sum()
     }
 
     /// Number of directions.
     pub fn len(&self) -> usize {
-        self.power[0].len()
+        self.len
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.power[0].is_empty()
+        self.len == 0
     }
 
     /// Each direction with its power.
@@ -75,8 +95,10 @@ impl Incident {
 
     /// Adds directions without light until they fill the lanes.
     fn pad(&mut self) {
-        let padding = self.len().next_multiple_of(LANES) - self.len();
-        self.add(padding, Vec3::ZERO, |[_, _, z]| z.fill(-1.0));
+        self.make_room(LANES);
+        let padding = [[0.0; LANES], [0.0; LANES], [-1.0; LANES]];
+        self.write(self.len, padding, Vec3::ZERO);
+        self.len = self.len.next_multiple_of(LANES);
     }
 }
 
@@ -194,7 +216,7 @@ impl Batch {
     /// What facets (GGX) reflect to the viewer without the Fresnel term, and the cosine of that: `Microfacets::density` and
     /// `Microfacets::masking` of eight directions.
     #[inline(always)]
-    fn reflected(&self, lit: &View, (facets, view_masking): (Microfacets, f32)) -> [Lanes; 2] {
+    fn reflected(&self, lit: &View, facets: Microfacets, view_masking: f32) -> [Lanes; 2] {
         let view = lit.view;
         let alpha2 = facets.alpha() * facets.alpha();
         let scale = view_masking / (4.0 * view.z);
@@ -206,10 +228,10 @@ impl Batch {
             let (hx, hy, hz) = (hx * inverse, hy * inverse, hz * inverse);
             let towards = view.x * hx + view.y * hy + view.z * hz;
             let spread = (hx * hx + hy * hy) / alpha2 + hz * hz;
-            let density = 1.0 / (std::f32::consts::PI * alpha2 * spread * spread);
+            let density = ggx_density(spread, alpha2);
             let density = if density * hz > 1e-20 { density } else { 0.0 };
             let tangent2 = (x * x + y * y) / (z * z) * alpha2;
-            let masking = 2.0 / (1.0 + (1.0 + tangent2).sqrt());
+            let masking = ggx_masking(tangent2);
             let seen = towards > 0.0 && x * hx + y * hy + z * hz > 0.0;
             reflected[lane] = if seen { density * masking * scale } else { 0.0 };
             cosine[lane] = towards;
@@ -247,7 +269,7 @@ fn coated_sums(lit: &View, coating: &Coating, facets: Microfacets, incident: &In
     for batch in lit.batches(incident) {
         let base = batch.z.map(|z| z * coating.entering_rough(z));
         batch.add(&mut sums[0], &base);
-        let [mut gloss, cosine] = batch.reflected(lit, (facets, view_masking));
+        let [mut gloss, cosine] = batch.reflected(lit, facets, view_masking);
         for lane in 0..LANES {
             gloss[lane] *= fresnel::outside(cosine[lane].max(0.0), coating.ior);
         }
@@ -261,7 +283,7 @@ fn metal_sums(lit: &View, metal: &Conductor, facets: Microfacets, incident: &Inc
     let view_masking = facets.masking(lit.view, Vec3::Z);
     let mut sums = Sums::default();
     for batch in lit.batches(incident) {
-        let [gloss, cosine] = batch.reflected(lit, (facets, view_masking));
+        let [gloss, cosine] = batch.reflected(lit, facets, view_masking);
         for (channel, sum) in sums[1].iter_mut().enumerate() {
             let mut coloured = gloss;
             for lane in 0..LANES {
@@ -317,9 +339,7 @@ mod tests {
                     };
                     let power = Vec3::new(1.0, 0.1, 3.0) * (1.0 + number as f32);
                     expected += bsdf.evaluate(view, light) * power;
-                    incident.add(1, power, |[x, y, z]| {
-                        [x[0], y[0], z[0]] = light.to_array();
-                    });
+                    incident.add(1, power, |_| light.to_array().map(|x| [x; LANES]));
                 }
                 let found = bsdf.scattered(view, &mut incident);
                 let off = (found - expected).abs().max_element();
@@ -333,8 +353,10 @@ mod tests {
     fn directions_are_counted_and_scaled_from_the_last() {
         let mut incident = Incident::default();
         assert!(incident.is_empty());
-        incident.add(2, Vec3::ONE, |[.., z]| z.copy_from_slice(&[1.0, -1.0]));
-        incident.add(1, Vec3::ONE, |[.., z]| z.fill(-1.0));
+        let two_sides = std::array::from_fn(|lane| if lane == 0 { 1.0 } else { -1.0 });
+        let upright = |z: Lanes| [[0.0; LANES], [0.0; LANES], z];
+        incident.add(2, Vec3::ONE, |_| upright(two_sides));
+        incident.add(1, Vec3::ONE, |_| upright([-1.0; LANES]));
         assert_eq!((incident.above(3, 1.0), incident.above(2, -1.0)), (1, 2));
         incident.scale_last(1, 2.0);
         let power: Vec<f32> = incident.iter().map(|(_, power)| power.x).collect();

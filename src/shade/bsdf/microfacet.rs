@@ -42,7 +42,7 @@ impl Microfacets {
         let tilt = (m.x * m.x + m.y * m.y) / alpha2;
         let cos2 = m.z * m.z;
         let density = match self.distribution {
-            MicrofacetDistribution::Ggx => 1.0 / (PI * alpha2 * (tilt + cos2) * (tilt + cos2)),
+            MicrofacetDistribution::Ggx => ggx_density(tilt + cos2, alpha2),
             MicrofacetDistribution::Beckmann => (-tilt / cos2).exp() / (PI * alpha2 * cos2 * cos2),
         };
         if density * m.z > 1e-20 { density } else { 0.0 }
@@ -58,7 +58,7 @@ impl Microfacets {
         }
         let tan2 = (v.x * v.x + v.y * v.y) / (v.z * v.z) * self.alpha * self.alpha;
         match self.distribution {
-            MicrofacetDistribution::Ggx => 2.0 / (1.0 + (1.0 + tan2).sqrt()),
+            MicrofacetDistribution::Ggx => ggx_masking(tan2),
             MicrofacetDistribution::Beckmann => {
                 let a = 1.0 / tan2.sqrt();
                 if a < 1.6 {
@@ -87,6 +87,18 @@ impl Microfacets {
     pub fn reflection_pdf(self, v: Vec3, half: Vec3) -> f32 {
         self.density(half) * self.masking(v, half) / (4.0 * v.z)
     }
+}
+
+/// GGX density of normals whose squared slope over α², plus one, times the squared cosine is `spread`.
+#[inline(always)]
+pub(super) fn ggx_density(spread: f32, alpha2: f32) -> f32 {
+    1.0 / (PI * alpha2 * spread * spread)
+}
+
+/// GGX masking of a direction whose squared tangent times α² is `tan2`.
+#[inline(always)]
+pub(super) fn ggx_masking(tan2: f32) -> f32 {
+    2.0 / (1.0 + (1.0 + tan2).sqrt())
 }
 
 /// A normal of the unit hemisphere visible from `v`; its length is arbitrary.

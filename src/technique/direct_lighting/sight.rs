@@ -22,8 +22,8 @@ impl Sight {
     pub fn of(shot: &Shot, caster: &Caster, pixel: u32, rng: &mut Rng) -> Self {
         let x = (pixel as usize % shot.width) as f64 + rng.next_f64();
         let y = (pixel as usize / shot.width) as f64 + rng.next_f64();
-        let direction = shot.view.direction(x, y, [shot.width, shot.height]);
-        let ray = Ray::new(shot.view.origin.as_vec3(), direction);
+        let ray = shot.ray_through(x, y);
+        let direction = ray.direction;
         let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
         let lights = shot.paths.lights();
         let Some(hit) = caster.closest(&ray) else {

@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::options::Parameters;
-use super::sight::{Addresses, Sight};
+use super::sight::{Look, Sight};
 use super::texels::{Surfaces, hit_of, normal_of};
 use crate::cache::surface::{BlockKey, SurfacePoint, Texel};
 use crate::technique::Shot;
@@ -46,7 +46,7 @@ pub(super) fn uncover(
     let known = &*surfaces;
     let witnesses = least(
         seen.iter()
-            .flat_map(|seen| witnesses(known, *seen, parameters)),
+            .flat_map(|(shot, sight)| witnesses(known, shot, sight, parameters)),
     );
     let moved: Vec<bool> = witnesses
         .par_iter()
@@ -69,21 +69,15 @@ pub(super) fn uncover(
 /// What a viewer sees of texels that begin.
 fn witnesses(
     surfaces: &Surfaces,
-    (shot, sight): (&Shot, &Sight),
+    shot: &Shot,
+    sight: &Sight,
     parameters: &Parameters,
 ) -> Vec<Witness> {
-    let addresses = Addresses::new(shot, surfaces, parameters);
-    let samples = shot.spp as usize;
-    let row = (shot.width * samples).max(1);
-    let rows = sight.hits.par_chunks(row).enumerate().map(|(y, hits)| {
+    let row = (shot.width * shot.spp as usize).max(1);
+    let rows = sight.looks.par_chunks(row).map(|looks| {
         let mut found = Vec::new();
-        for (index, hit) in hits.iter().enumerate() {
-            let Some(hit) = hit else { continue };
-            let pixel = y * shot.width + index / samples;
-            let ray = super::sight::camera_ray(shot, pixel as u32, (index % samples) as u32);
-            let Some(address) = addresses.of(hit, ray.direction) else {
-                continue;
-            };
+        for Look { hit, address } in looks.iter().flatten() {
+            let Some(address) = address else { continue };
             for (texel, _) in address.texels(&surfaces.grid, parameters.filter) {
                 if surfaces.blocks.begins(texel) {
                     found.push(Witness {

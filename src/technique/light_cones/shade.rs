@@ -7,15 +7,15 @@ use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
 use super::shown::{Shown, ShownCone, ShownTexels};
-use super::sight::{Addresses, Sight, camera_ray};
+use super::sight::{Look, Sight, camera_ray};
 use super::texels::Surfaces;
 use crate::cache::cones::Storage;
 use crate::image::Image;
 use crate::sample::Rng;
-use crate::shade::bsdf::Incident;
+use crate::shade::bsdf::{Incident, LANES, Lanes};
 use crate::shade::{Depths, Interaction};
 use crate::technique::Shot;
-use crate::trace::{Caster, Hit, Ray, RayCounter};
+use crate::trace::{Caster, Ray, RayCounter};
 
 /// Makes the image of a viewer.
 pub(super) struct Shading<'a> {
@@ -63,7 +63,6 @@ const BAND: usize = 8;
 /// What a thread works with.
 struct Workplace<'a> {
     caster: Caster<'a>,
-    addresses: &'a Addresses<'a>,
     texels: ShownTexels,
     incident: Incident,
     tally: ShadingTally,
@@ -74,11 +73,9 @@ impl Shading<'_> {
     pub fn image(&self, sight: &Sight, counter: &RayCounter) -> Shaded {
         let mut image = Image::new(self.shot.width, self.shot.height);
         let width = self.shot.width.max(1);
-        let addresses = Addresses::new(self.shot, self.surfaces, self.parameters);
         let turns = turns(self.parameters.shading_samples);
         let start = || Workplace {
             caster: self.shot.tracer.caster(counter),
-            addresses: &addresses,
             texels: ShownTexels::default(),
             incident: Incident::default(),
             tally: ShadingTally::default(),
@@ -103,7 +100,7 @@ impl Shading<'_> {
         &self,
         workplace: &mut Workplace,
         sight: &Sight,
-        turns: &[[f32; 2]],
+        turns: &[Turns],
         first: usize,
         pixels: &mut [[f32; 3]],
     ) {
@@ -115,11 +112,11 @@ impl Shading<'_> {
                 let mut sum = Vec3::ZERO;
                 for sample in 0..samples {
                     let ray = camera_ray(self.shot, pixel as u32, sample as u32);
-                    let hit = sight.hits[pixel * samples + sample];
+                    let look = sight.looks[pixel * samples + sample];
                     let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
                     let number = u64::from(self.shot.frame) << 32 | sample as u64;
                     let mut rng = Rng::new(self.seed, STREAM, item, number);
-                    let radiance = self.radiance(workplace, turns, ray, hit, &mut rng);
+                    let radiance = self.radiance(workplace, turns, ray, look, &mut rng);
                     match radiance.is_finite() {
                         true => sum += radiance,
                         false => workplace.tally.non_finite += 1,
@@ -134,19 +131,19 @@ impl Shading<'_> {
     fn radiance(
         &self,
         workplace: &mut Workplace,
-        turns: &[[f32; 2]],
+        turns: &[Turns],
         ray: Ray,
-        hit: Option<Hit>,
+        look: Option<Look>,
         rng: &mut Rng,
     ) -> Vec3 {
         let paths = &self.shot.paths;
-        let Some(hit) = hit else {
+        let Some(Look { hit, address }) = look else {
             return paths.lights().environment(ray.direction);
         };
         let at = paths.surfaces().interact(&hit, ray.direction);
         let straight = self.straight(&workplace.caster, &at, rng);
         let mut sum = paths.lights().emitted(&at) + straight;
-        if let Some(address) = workplace.addresses.of(&hit, ray.direction) {
+        if let Some(address) = address {
             let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
             let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
             workplace.incident.clear();
@@ -197,7 +194,7 @@ impl Shading<'_> {
         cone: &ShownCone,
         weight: f32,
         incident: &mut Incident,
-        turns: &[[f32; 2]],
+        turns: &[Turns],
     ) -> Vec3 {
         if let Some(scattering) = at.lambertian() {
             let height = cone.frame.normal.dot(at.facing_shading_normal());
@@ -208,24 +205,31 @@ impl Shading<'_> {
             }
         }
         let samples = (self.parameters.shading_samples as f32 * weight).ceil() as usize;
-        let samples = samples.clamp(1, turns.len());
+        let samples = samples.clamp(1, self.parameters.shading_samples as usize);
         let part = weight / samples as f32;
         let [across, along, axis] =
             [cone.frame.tangent, cone.frame.bitangent, cone.frame.normal].map(|v| at.to_local(v));
         let step = cone.height / samples as f32;
-        incident.add(samples, cone.light * part, |[x, y, z]| {
-            for (i, turn) in turns[..samples].iter().enumerate() {
-                let depth = (i as f32 + 0.5) * step;
+        incident.add(samples, cone.light * part, |batch| {
+            let Turns { cosines, sines } = &turns[batch];
+            let mut directions = [[0.0; LANES]; 3];
+            let [x, y, z] = &mut directions;
+            for lane in 0..LANES {
+                let depth = ((batch * LANES + lane) as f32 + 0.5) * step;
                 let sine = (depth * (2.0 - depth)).max(0.0).sqrt();
-                let (right, up, ahead) = (sine * turn[0], sine * turn[1], 1.0 - depth);
-                x[i] = across.x * right + along.x * up + axis.x * ahead;
-                y[i] = across.y * right + along.y * up + axis.y * ahead;
-                z[i] = across.z * right + along.z * up + axis.z * ahead;
+                let (right, up) = (sine * cosines[lane], sine * sines[lane]);
+                let ahead = 1.0 - depth;
+                x[lane] = across.x * right + along.x * up + axis.x * ahead;
+                y[lane] = across.y * right + along.y * up + axis.y * ahead;
+                z[lane] = across.z * right + along.z * up + axis.z * ahead;
             }
+            directions
         });
         if self.parameters.horizon == Horizon::Renormalised {
             let above = incident.above(samples, at.viewer_side()).max(1);
-            incident.scale_last(samples, samples as f32 / above as f32);
+            if above < samples {
+                incident.scale_last(samples, samples as f32 / above as f32);
+            }
         }
         Vec3::ZERO
     }
@@ -246,11 +250,21 @@ impl Shading<'_> {
     }
 }
 
-/// Cosine and sine of the turns of a cone's directions around its axis.
-fn turns(count: u32) -> Vec<[f32; 2]> {
-    let turn = |i: u32| {
-        let (sine, cosine) = (TAU * (i as f32 * GOLDEN_TURN).fract()).sin_cos();
-        [cosine, sine]
+/// Turns of directions around the axis of their cone, one batch after another.
+struct Turns {
+    cosines: Lanes,
+    sines: Lanes,
+}
+
+/// Those of at least `count` directions.
+fn turns(count: u32) -> Vec<Turns> {
+    let batches = (count as usize).div_ceil(LANES);
+    let of_batch = |batch: usize| {
+        let angle = |lane| TAU * ((batch * LANES + lane) as f32 * GOLDEN_TURN).fract();
+        Turns {
+            cosines: std::array::from_fn(|lane| angle(lane).cos()),
+            sines: std::array::from_fn(|lane| angle(lane).sin()),
+        }
     };
-    (0..count).map(turn).collect()
+    (0..batches).map(of_batch).collect()
 }

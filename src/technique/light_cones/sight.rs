@@ -13,15 +13,24 @@ use crate::trace::{Caster, Hit, Ray, RayCounter};
 
 /// What a viewer sees.
 pub(super) struct Sight {
-    /// Pixel by pixel, and sample by sample in each.
-    pub hits: Vec<Option<Hit>>,
+    /// Pixel by pixel, and sample by sample in each; `None` where no surface is seen.
+    pub looks: Vec<Option<Look>>,
     /// Texels that it asks for.
     pub requests: Requests,
     /// Camera samples for which there are no texels of the size that suits them.
     pub other_sizes: u64,
 }
 
+/// What a camera sample meets.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    pub hit: Hit,
+    /// `None` on surfaces that no light shines on: mirrors and glass.
+    pub address: Option<Address>,
+}
+
 /// Where a camera sample lies among texels.
+#[derive(Clone, Copy)]
 pub(super) struct Address {
     surface: Surface,
     place: glam::Vec2,
@@ -31,7 +40,7 @@ pub(super) struct Address {
 }
 
 /// Finds the addresses of a viewer's camera samples.
-pub(super) struct Addresses<'a> {
+struct Addresses<'a> {
     shot: &'a Shot<'a>,
     surfaces: &'a Surfaces,
     parameters: &'a Parameters,
@@ -52,23 +61,23 @@ impl Sight {
     ) -> Self {
         let samples = shot.spp as usize;
         let addresses = Addresses::new(shot, surfaces, parameters);
-        let mut hits = vec![None; shot.pixels() * samples];
+        let mut looks = vec![None; shot.pixels() * samples];
         let band = (shot.width * TILE * samples).max(1);
-        let bands: Vec<(Requests, u64)> = hits
+        let bands: Vec<(Requests, u64)> = looks
             .par_chunks_mut(band)
             .enumerate()
             .map_init(
                 || shot.tracer.caster(counter),
-                |caster, (band, hits)| {
-                    look(shot, caster, band * TILE, hits);
-                    addresses.requests(band * TILE * shot.width, hits)
+                |caster, (band, looks)| {
+                    addresses.look(caster, band * TILE, looks);
+                    addresses.requests(looks)
                 },
             )
             .collect();
         let other_sizes = bands.iter().map(|(_, others)| others).sum();
         let requests = bands.into_iter().map(|(requests, _)| requests).collect();
         Self {
-            hits,
+            looks,
             requests: Requests::merged(requests),
             other_sizes,
         }
@@ -85,37 +94,11 @@ pub(super) fn camera_ray(shot: &Shot, pixel: u32, sample: u32) -> Ray {
     let [dx, dy] = Shot::sub_pixel(sample).map(|part| (part + rng.next_f64()).fract());
     let x = (pixel as usize % shot.width) as f64 + dx;
     let y = (pixel as usize / shot.width) as f64 + dy;
-    let direction = shot.view.direction(x, y, [shot.width, shot.height]);
-    Ray::new(shot.view.origin.as_vec3(), direction)
-}
-
-/// Casts the camera samples of a band of pixels from row `top` on.
-fn look(shot: &Shot, caster: &Caster, top: usize, hits: &mut [Option<Hit>]) {
-    let samples = shot.spp as usize;
-    let rows = hits.len() / (shot.width * samples).max(1);
-    let origin = shot.view.origin.as_vec3();
-    let mut directions = Vec::with_capacity(TILE * TILE);
-    let mut found = vec![None; TILE * TILE];
-    for left in (0..shot.width).step_by(TILE) {
-        let columns = left..(left + TILE).min(shot.width);
-        let pixels = || (0..rows).flat_map(|y| columns.clone().map(move |x| y * shot.width + x));
-        for sample in 0..samples {
-            directions.clear();
-            directions.extend(pixels().map(|pixel| {
-                let pixel = (top * shot.width + pixel) as u32;
-                camera_ray(shot, pixel, sample as u32).direction
-            }));
-            let found = &mut found[..directions.len()];
-            caster.closest_bundle(origin, &directions, f32::INFINITY, found);
-            for (pixel, hit) in pixels().zip(found) {
-                hits[pixel * samples + sample] = *hit;
-            }
-        }
-    }
+    shot.ray_through(x, y)
 }
 
 impl<'a> Addresses<'a> {
-    pub fn new(shot: &'a Shot, surfaces: &'a Surfaces, parameters: &'a Parameters) -> Self {
+    fn new(shot: &'a Shot, surfaces: &'a Surfaces, parameters: &'a Parameters) -> Self {
         let [_, half] = shot.view.half_tangents(shot.width, shot.height);
         Self {
             shot,
@@ -125,8 +108,38 @@ impl<'a> Addresses<'a> {
         }
     }
 
+    /// Casts the camera samples of a band of pixels from row `top` on.
+    fn look(&self, caster: &Caster, top: usize, looks: &mut [Option<Look>]) {
+        let shot = self.shot;
+        let samples = shot.spp as usize;
+        let rows = looks.len() / (shot.width * samples).max(1);
+        let origin = shot.view.origin.as_vec3();
+        let mut directions = Vec::with_capacity(TILE * TILE);
+        let mut hits = vec![None; TILE * TILE];
+        for left in (0..shot.width).step_by(TILE) {
+            let columns = left..(left + TILE).min(shot.width);
+            let pixels =
+                || (0..rows).flat_map(|y| columns.clone().map(move |x| y * shot.width + x));
+            for sample in 0..samples {
+                directions.clear();
+                directions.extend(pixels().map(|pixel| {
+                    let pixel = (top * shot.width + pixel) as u32;
+                    camera_ray(shot, pixel, sample as u32).direction
+                }));
+                let hits = &mut hits[..directions.len()];
+                caster.closest_bundle(origin, &directions, f32::INFINITY, hits);
+                for ((pixel, hit), direction) in pixels().zip(hits).zip(&directions) {
+                    looks[pixel * samples + sample] = hit.map(|hit| Look {
+                        hit,
+                        address: self.of(&hit, *direction),
+                    });
+                }
+            }
+        }
+    }
+
     /// Where a hit lies among texels; `None` on surfaces that no light shines on: mirrors and glass.
-    pub fn of(&self, hit: &Hit, direction: Vec3) -> Option<Address> {
+    fn of(&self, hit: &Hit, direction: Vec3) -> Option<Address> {
         let scene = self.shot.scene;
         if is_delta(scene, hit.triangle) {
             return None;
@@ -147,21 +160,14 @@ impl<'a> Addresses<'a> {
         })
     }
 
-    /// What the camera samples of pixels from `first_pixel` on ask for, and for how many another size of texels would
-    /// have been better.
-    fn requests(&self, first_pixel: usize, hits: &[Option<Hit>]) -> (Requests, u64) {
-        let samples = self.shot.spp as usize;
+    /// What camera samples ask for, and for how many another size of texels would have been better.
+    fn requests(&self, looks: &[Option<Look>]) -> (Requests, u64) {
         let mut requests = Requests::default();
         let mut other_sizes = 0;
-        for (index, hit) in hits.iter().enumerate() {
-            let Some(hit) = hit else { continue };
-            let (pixel, sample) = (first_pixel + index / samples, index % samples);
-            let ray = camera_ray(self.shot, pixel as u32, sample as u32);
-            if let Some(address) = self.of(hit, ray.direction) {
-                let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
-                texels.for_each(|(texel, _)| requests.ask(texel));
-                other_sizes += u64::from(address.other_size);
-            }
+        for address in looks.iter().flatten().filter_map(|look| look.address) {
+            let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
+            texels.for_each(|(texel, _)| requests.ask(texel));
+            other_sizes += u64::from(address.other_size);
         }
         requests.merge();
         (requests, other_sizes)
