@@ -107,6 +107,8 @@ impl Strip {
 
     fn filter_row(&mut self, image: &Opponent, row: usize, kernels: &Kernels) {
         let mut padded = Vec::with_capacity(2 * self.width);
+        let halo = kernels.sensitivity_radius().max(kernels.feature_radius());
+        let starts: Vec<usize> = (0..=2 * halo).collect();
         let place = (row - self.first) * self.width..(row + 1 - self.first) * self.width;
         let [blue_yellow_0, blue_yellow_1] = &kernels.blue_yellow;
         let jobs = [
@@ -117,7 +119,7 @@ impl Strip {
         ];
         for ((channel, kernel), out) in jobs.into_iter().zip(&mut self.sensitivity) {
             replicate_ends(image.row(channel, row), kernel.len() / 2, &mut padded);
-            weighted_sum(|k| &padded[k..], kernel, &mut out[place.clone()]);
+            weighted_sum(&padded, &starts, kernel, &mut out[place.clone()]);
         }
         replicate_ends(image.row(0, row), kernels.feature_radius(), &mut padded);
         for value in &mut padded {
@@ -125,35 +127,40 @@ impl Strip {
         }
         let detectors = [&kernels.gaussian, &kernels.edge, &kernels.point];
         for (kernel, out) in detectors.into_iter().zip(&mut self.features) {
-            weighted_sum(|k| &padded[k..], kernel, &mut out[place.clone()]);
+            weighted_sum(&padded, &starts, kernel, &mut out[place.clone()]);
         }
     }
 
     /// Filters vertically around one output row.
     fn finish_row(&self, row: usize, kernels: &Kernels, out: &mut FilteredRow) {
-        let vertical = |plane: &[f32], kernel: &[f32], out: &mut [f32]| {
-            let radius = kernel.len() / 2;
-            let source = |k: usize| {
-                let wanted = (row + k)
-                    .saturating_sub(radius)
-                    .clamp(self.first, self.last);
-                &plane[(wanted - self.first) * self.width..][..self.width]
-            };
-            weighted_sum(source, kernel, out);
+        let starts = |radius: usize| -> Vec<usize> {
+            let rows = (0..=2 * radius).map(|k| (row + k).saturating_sub(radius));
+            let held = rows.map(|wanted| wanted.clamp(self.first, self.last) - self.first);
+            held.map(|row| row * self.width).collect()
         };
+        let around = starts(kernels.sensitivity_radius());
         let [achromatic, red_green, wide, narrow] = &self.sensitivity;
-        vertical(achromatic, &kernels.achromatic, &mut out.channels[0]);
-        vertical(red_green, &kernels.red_green, &mut out.channels[1]);
-        vertical(wide, &kernels.blue_yellow[0], &mut out.channels[2]);
-        vertical(narrow, &kernels.blue_yellow[1], &mut out.narrow);
+        let [wide_kernel, narrow_kernel] = &kernels.blue_yellow;
+        let [ys, cxs, czs] = &mut out.channels;
+        weighted_sum(achromatic, &around, &kernels.achromatic, ys);
+        weighted_sum(red_green, &around, &kernels.red_green, cxs);
+        weighted_sum(wide, &around, wide_kernel, czs);
+        weighted_sum(narrow, &around, narrow_kernel, &mut out.narrow);
         for (sum, narrow) in out.channels[2].iter_mut().zip(&out.narrow) {
             *sum += narrow;
         }
+        let around = starts(kernels.feature_radius());
         let [smooth, edge, point] = &self.features;
-        vertical(edge, &kernels.gaussian, &mut out.edge[0]);
-        vertical(smooth, &kernels.edge, &mut out.edge[1]);
-        vertical(point, &kernels.gaussian, &mut out.point[0]);
-        vertical(smooth, &kernels.point, &mut out.point[1]);
+        let Kernels {
+            gaussian,
+            edge: edge_kernel,
+            point: point_kernel,
+            ..
+        } = kernels;
+        weighted_sum(edge, &around, gaussian, &mut out.edge[0]);
+        weighted_sum(smooth, &around, edge_kernel, &mut out.edge[1]);
+        weighted_sum(point, &around, gaussian, &mut out.point[0]);
+        weighted_sum(smooth, &around, point_kernel, &mut out.point[1]);
     }
 }
 
