@@ -19,7 +19,7 @@ pub(super) struct Memory {
 impl Memory {
     pub fn of(surfaces: &Surfaces) -> Self {
         Self {
-            charts: surfaces.charts.clone(),
+            charts: Charts::clone(&surfaces.charts),
             grid: surfaces.grid,
             blocks: surfaces.blocks.memory(),
             stillness: surfaces.stillness,
@@ -48,7 +48,7 @@ impl Memory {
         }
         blocks.recall(self.blocks, &self.charts, &self.grid)?;
         Ok(Surfaces {
-            charts: self.charts,
+            charts: self.charts.into(),
             grid: self.grid,
             blocks,
             stillness: self.stillness,

@@ -15,6 +15,7 @@
 //! turn of a cone, which lowers the count, brings the rays back; so does a change of the scene (`motion`). In texels of a
 //! shape that turns, cones turn with it (`orientation`).
 
+mod charts;
 mod cut_off;
 mod gather;
 mod memory;
@@ -26,6 +27,7 @@ mod sight;
 mod stillness;
 mod texels;
 
+use self::charts::Found;
 use self::gather::{Gathering, Tally};
 use self::memory::Memory;
 use self::options::{CutOff, Motion, Parameters};
@@ -34,7 +36,7 @@ use self::sight::Sight;
 use self::stillness::Stillness;
 use self::texels::Surfaces;
 use crate::cache::cones::Storage;
-use crate::cache::surface::{Asked, Blocks, Charts, Grid, Limits, Requests};
+use crate::cache::surface::{Asked, Blocks, Grid, Limits, Requests};
 use crate::entry::{About, Bias};
 use crate::shade::EvenLights;
 use crate::technique::direct_lighting::selection::Selecting;
@@ -145,20 +147,21 @@ impl LightCones {
         };
         let blocks = Blocks::new(limits, self.storage().words());
         let scene = shot.scene;
-        let memory = self.remembered.take();
-        rendered.stages.time("charts", || {
-            if let Some(memory) = memory {
-                return Memory::read(&memory)?.restored(blocks, scene);
-            }
-            let meshes: Vec<_> = scene.shapes.iter().map(|shape| shape.triangles()).collect();
-            Ok(Surfaces {
-                charts: Charts::new(&scene.positions, &scene.triangles, &meshes),
-                grid: Grid {
-                    finest: scene.diagonal / self.parameters.finest,
-                },
-                blocks,
-                stillness: Stillness::default(),
-            })
+        if let Some(memory) = self.remembered.take() {
+            let restored = || Memory::read(&memory)?.restored(blocks, scene);
+            return rendered.stages.time("charts", restored);
+        }
+        let Found {
+            charts, seconds, ..
+        } = Found::of(scene);
+        rendered.stages.add("charts", seconds);
+        Ok(Surfaces {
+            charts,
+            grid: Grid {
+                finest: scene.diagonal / self.parameters.finest,
+            },
+            blocks,
+            stillness: Stillness::default(),
         })
     }
 

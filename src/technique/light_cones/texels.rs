@@ -1,5 +1,7 @@
 //! The texels of a scene, and what directions of their cones mean.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use super::options::Orientation;
@@ -11,7 +13,7 @@ use crate::trace::Hit;
 
 /// The charts of a scene and the texels that somebody asked for.
 pub(super) struct Surfaces {
-    pub charts: Charts,
+    pub charts: Arc<Charts>,
     pub grid: Grid,
     pub blocks: Blocks,
     pub stillness: Stillness,
