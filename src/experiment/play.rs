@@ -184,7 +184,8 @@ impl Player<'_> {
         let start = std::time::Instant::now();
         let images = play_frame(contender, frame.shots)?;
         let charged: f64 = images.iter().map(|image| image.stages.total().wall).sum();
-        let uncharged = start.elapsed().as_secs_f64() - charged;
+        // Charged may be what earlier jobs have found.
+        let uncharged = (start.elapsed().as_secs_f64() - charged).max(0.0);
         self.progress.spend("not charged", uncharged);
         Ok(images)
     }
