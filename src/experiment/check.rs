@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use super::case::{Case, NamedPlace, name_places, place_named};
 use super::claim::EVERY_SCENE;
-use super::config::{Config, ConfigError, FigureSpec, Source};
+use super::config::{Config, ConfigError, Source};
 use super::expression::Expression;
+use super::reported::FigureSpec;
 use super::sequence::{frame_columns, is_frame_column};
 use super::{Job, columns};
 use crate::cache::interpolation::INTERPOLATIONS;

@@ -2,9 +2,8 @@
 
 use serde::de::DeserializeOwned;
 
-use super::config::{
-    ClaimSpec, Config, FigureSpec, GateSpec, Published, SceneChoice, SceneTransform, TableSpec,
-};
+use super::config::{Config, SceneChoice, SceneTransform};
+use super::reported::{ClaimSpec, FigureSpec, GateSpec, Published, TableSpec};
 use super::sequence::{SequenceSpec, ViewerRule};
 use super::suite::{Member, Suite};
 

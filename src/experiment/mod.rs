@@ -32,6 +32,7 @@ mod provenance;
 mod reference;
 mod reference_store;
 mod remaining;
+mod reported;
 mod row;
 mod run;
 mod scale;
@@ -48,8 +49,7 @@ pub use cases::{Cases, RowNote};
 pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
 pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit};
 pub use config::{
-    ClaimSpec, Config, ConfigError, FigureKind, FigureSpec, GateSpec, OneOrMore, Published,
-    SceneChoice, SceneTransform, Source, TableKind, TableSpec, line_column,
+    Config, ConfigError, OneOrMore, SceneChoice, SceneTransform, Source, line_column,
 };
 pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
@@ -64,6 +64,7 @@ pub use plan::{Job, Plan, plan};
 pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::Reference;
 pub use reference_store::{ReferenceStore, Stored};
+pub use reported::{ClaimSpec, FigureKind, FigureSpec, GateSpec, Published, TableKind, TableSpec};
 pub use row::{Row, to_csv};
 pub use run::{Outcome, RunError, RunOptions, run};
 pub use scale::Scale;
