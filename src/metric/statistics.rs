@@ -1,5 +1,7 @@
 //! Means, spreads and intervals over repeats of a job.
 
+use std::sync::OnceLock;
+
 /// Coverage of the intervals.
 const CONFIDENCE: f64 = 0.95;
 /// Beyond this many degrees of freedom Student's t equals the normal distribution to 4 digits.
@@ -70,6 +72,16 @@ pub fn student_t_quantile(degrees_of_freedom: usize) -> f64 {
         return f64::INFINITY;
     }
     let degrees = degrees_of_freedom.min(LARGEST_DEGREES);
+    match KNOWN.get(degrees) {
+        Some(known) => *known.get_or_init(|| searched_quantile(degrees)),
+        None => searched_quantile(degrees),
+    }
+}
+
+/// Quantiles for few degrees of freedom, which tables of many cells ask for again and again.
+static KNOWN: [OnceLock<f64>; 64] = [const { OnceLock::new() }; 64];
+
+fn searched_quantile(degrees: usize) -> f64 {
     let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
