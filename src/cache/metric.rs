@@ -91,6 +91,23 @@ impl Ranking {
     }
 }
 
+/// Records near a shading point with their weights, which sum to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Weighted<'a> {
+    /// The records and how far away they are.
+    pub neighbours: &'a [Neighbour],
+    /// One of each.
+    pub weights: &'a [f32],
+}
+
+impl<'a> Weighted<'a> {
+    /// Records and weights.
+    pub fn iter(self) -> impl Iterator<Item = (u32, f32)> + use<'a> {
+        let records = self.neighbours.iter().map(|neighbour| neighbour.record);
+        records.zip(self.weights.iter().copied())
+    }
+}
+
 /// Writes the normalised weights `1 / Dᵖ` of `neighbours`, p = `power`; `weights` must be as long.
 ///
 /// Distances are raised to 1e-6 · `diagonal`; neighbours closer than 1e-9 · `diagonal` share all

@@ -12,6 +12,6 @@ mod tile;
 mod tree;
 
 pub use interpolation::{Extrapolation, Gradient, Interpolation};
-pub use metric::{DistanceMetric, Ranking, TangentMetric, inverse_distance_weights};
+pub use metric::{DistanceMetric, Ranking, TangentMetric, Weighted, inverse_distance_weights};
 pub use points::{NO_POINT, ShadingPoints, Sight};
 pub use search::{Neighbour, RecordSearch, SearchRule, SearchSpace};

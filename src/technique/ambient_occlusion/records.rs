@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::gather::{Change, Gatherer, Scratch};
-use crate::cache::{Extrapolation, Gradient, Neighbour};
+use crate::cache::{Extrapolation, Gradient, Weighted};
 use crate::sample::HemisphereEdges;
 use crate::technique::{CachedFunction, Seen, Shot, Site};
 use crate::trace::{Caster, RayCounter};
@@ -108,19 +108,13 @@ impl CachedFunction for VisibilityRecords<'_> {
         self.gatherer.distance
     }
 
-    fn shade(
-        &self,
-        _: &Caster,
-        seen: &Seen,
-        neighbours: &[Neighbour],
-        weights: &[f32],
-    ) -> Option<[f32; 3]> {
-        if neighbours.is_empty() {
+    fn shade(&self, _: &Caster, seen: &Seen, near: Weighted) -> Option<[f32; 3]> {
+        if near.neighbours.is_empty() {
             return None;
         }
         let (mut sum, mut total) = (0.0, 0.0);
-        for (neighbour, weight) in neighbours.iter().zip(weights) {
-            let (value, trust) = self.value(neighbour.record, &seen.site);
+        for (record, weight) in near.iter() {
+            let (value, trust) = self.value(record, &seen.site);
             sum += value * weight * trust;
             total += weight * trust;
         }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Lookup;
-use crate::cache::{Interpolation, Neighbour};
+use crate::cache::{Interpolation, Weighted};
 use crate::entry::ParameterError;
 use crate::technique::{Rendered, Seen, ShadingFunction, Shot, Site, Technique};
 use crate::trace::{Caster, RayCounter};
@@ -61,16 +61,10 @@ pub trait CachedFunction: Sync {
     /// Length within which the function changes, scene units: positive and finite.
     fn length(&self) -> f32;
 
-    /// The value of a camera sample from its neighbours and their weights, which sum to 1; `None` where they may not
+    /// The value of a camera sample from the records near it; `None` where they may not
     /// be used and the function must be evaluated. There are none when the lookup misses: no record, or none that
     /// passes the rule.
-    fn shade(
-        &self,
-        caster: &Caster,
-        seen: &Seen,
-        neighbours: &[Neighbour],
-        weights: &[f32],
-    ) -> Option<[f32; 3]>;
+    fn shade(&self, caster: &Caster, seen: &Seen, near: Weighted) -> Option<[f32; 3]>;
 
     /// The value of a camera sample that records do not serve.
     fn shade_missed(&self, _: &Caster, _: &Seen) -> [f32; 3] {

@@ -1,7 +1,7 @@
 //! What went into one pixel.
 
 use super::Setting;
-use crate::cache::inverse_distance_weights;
+use crate::cache::{Weighted, inverse_distance_weights};
 use crate::trace::RayCounter;
 
 /// What went into one pixel (row-major index): its samples, the records each used, their distances,
@@ -37,20 +37,26 @@ pub(super) fn replay(setting: &Setting, pixel: u32) -> Result<Vec<String>, Strin
         for (neighbour, weight) in neighbours.iter().zip(&weights) {
             let point = records.sites[neighbour.record as usize] as usize;
             let pixel = records.points.pixel[point] as usize;
+            let alone = Weighted {
+                neighbours: std::slice::from_ref(neighbour),
+                weights: &[1.0],
+            };
             lines.push(format!(
                 "  record {} at pixel {},{}: distance {:.6}, weight {weight:.4}, value {:?}",
                 neighbour.record,
                 pixel % shot.width,
                 pixel / shot.width,
                 neighbour.distance,
-                records
-                    .function
-                    .shade(&caster, &seen, &[*neighbour], &[1.0])
+                records.function.shade(&caster, &seen, alone)
             ));
         }
         let function = records.function.as_ref();
+        let near = Weighted {
+            neighbours: &neighbours,
+            weights: &weights,
+        };
         let value = function
-            .shade(&caster, &seen, &neighbours, &weights)
+            .shade(&caster, &seen, near)
             .unwrap_or_else(|| function.shade_missed(&caster, &seen));
         lines.push(format!("  shaded {value:?}"));
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::Records;
 use super::lookup::MOST_USED;
-use crate::cache::{Neighbour, SearchSpace, inverse_distance_weights};
+use crate::cache::{Neighbour, SearchSpace, Weighted, inverse_distance_weights};
 use crate::image::Image;
 use crate::technique::shot::{TILE, tile_pixels};
 use crate::technique::{Seen, Shot};
@@ -227,7 +227,11 @@ impl<'a> Worker<'a> {
                 let mut weights = [0.0; MOST_USED];
                 let weights = &mut weights[..neighbours.len()];
                 inverse_distance_weights(neighbours, diagonal, power, weights);
-                values[query] = function.shade(caster, &seen[query], neighbours, weights);
+                let near = Weighted {
+                    neighbours,
+                    weights,
+                };
+                values[query] = function.shade(caster, &seen[query], near);
             };
             let (positions, normals) = (&self.positions, &self.normals);
             let space = &mut self.space;

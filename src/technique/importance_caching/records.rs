@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::distributions::{Distributions, RecordMut, STORED};
 use super::estimator::Rule;
-use crate::cache::{Neighbour, RecordSearch, SearchRule};
+use crate::cache::{Neighbour, RecordSearch, SearchRule, Weighted};
 use crate::image::luminance;
 use crate::sample::Rng;
 use crate::shade::{Gathering, Neighbourhood, Receiver, VirtualLights};
@@ -148,18 +148,12 @@ impl CachedFunction for ImportanceRecords<'_> {
         self.shot.scene.diagonal
     }
 
-    fn shade(
-        &self,
-        caster: &Caster,
-        seen: &Seen,
-        found: &[Neighbour],
-        _: &[f32],
-    ) -> Option<[f32; 3]> {
+    fn shade(&self, caster: &Caster, seen: &Seen, found: Weighted) -> Option<[f32; 3]> {
         let to = receiver(self.shot, seen);
         let mut sum = self.shot.paths.lights().emitted(&to.at);
         let mut near = [0u32; 32];
-        let near = &mut near[..found.len()];
-        for (record, neighbour) in near.iter_mut().zip(found) {
+        let near = &mut near[..found.neighbours.len()];
+        for (record, neighbour) in near.iter_mut().zip(found.neighbours) {
             *record = neighbour.record;
         }
         let (pixel, sample) = (u64::from(seen.pixel), u64::from(seen.sample));

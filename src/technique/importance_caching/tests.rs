@@ -5,7 +5,7 @@ use toml::Table;
 
 use super::records::receiver;
 use super::{ENTRY, ImportanceCaching, Parameters};
-use crate::cache::Neighbour;
+use crate::cache::{Neighbour, Weighted};
 use crate::image::{Image, luminance};
 use crate::scene::{
     Bsdf, ColourSource, Material, MicrofacetDistribution, Needs, Scene, SceneDescription,
@@ -86,16 +86,16 @@ fn assert_unbiased(description: &SceneDescription, parameters: &str, spacing: us
                 "{name}: {mean} {exact}"
             );
             let weights = vec![1.0 / near.len() as f32; near.len()];
+            let found = Weighted {
+                neighbours: &near,
+                weights: &weights,
+            };
             let emitted = luminance(shot.paths.lights().emitted(&to.at).into());
             let mut sum = 0.0;
             for sample in 0..DRAWS {
                 // Another sample number draws other lights.
                 let again = Seen { sample, ..*seen };
-                let value = luminance(
-                    records
-                        .shade(&caster, &again, &near, &weights)
-                        .expect("served"),
-                );
+                let value = luminance(records.shade(&caster, &again, found).expect("served"));
                 assert!(value.is_finite() && value >= 0.0, "{name}");
                 sum += f64::from(value - emitted);
             }

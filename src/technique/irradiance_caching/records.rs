@@ -11,7 +11,7 @@ use super::change::{Change, edges};
 use super::gather::{Gathered, Gatherer};
 use super::panorama::Panoramas;
 use super::reflected;
-use crate::cache::{Extrapolation, Gradient, Neighbour};
+use crate::cache::{Extrapolation, Gradient, Weighted};
 use crate::image::luminance;
 use crate::technique::{CachedFunction, Seen, Site};
 use crate::trace::{Caster, RayCounter};
@@ -67,15 +67,13 @@ impl<'a> IrradianceRecords<'a> {
     fn interpolate(
         &self,
         site: &Site,
-        neighbours: &[Neighbour],
-        weights: &[f32],
+        near: Weighted,
         value: impl Fn(u32) -> Vec3,
     ) -> Option<Vec3> {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
-        for (neighbour, weight) in neighbours.iter().zip(weights) {
-            let record = neighbour.record;
+        for (record, weight) in near.iter() {
             if self.normals[record as usize].dot(site.normal) > 0.0 {
-                sum += value(record) * *weight;
+                sum += value(record) * weight;
                 total += weight;
             }
         }
@@ -100,13 +98,12 @@ impl<'a> IrradianceRecords<'a> {
         known: &Directional,
         seen: &Seen,
         irradiance: Vec3,
-        neighbours: &[Neighbour],
-        weights: &[f32],
+        near: Weighted,
     ) -> Vec3 {
         let at = self.gatherer.shot.surface(seen);
         let mut light = at.base_albedo() * irradiance * FRAC_1_PI;
         for (direction, weight) in at.reflections() {
-            let radiance = self.interpolate(&seen.site, neighbours, weights, |record| {
+            let radiance = self.interpolate(&seen.site, near, |record| {
                 let step = seen.site.position - known.changes.position(record);
                 let mean = self.irradiance[record as usize] * FRAC_1_PI;
                 known.panoramas.radiance(record, step, direction, mean)
@@ -202,17 +199,11 @@ impl CachedFunction for IrradianceRecords<'_> {
         *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
     }
 
-    fn shade(
-        &self,
-        _: &Caster,
-        seen: &Seen,
-        neighbours: &[Neighbour],
-        weights: &[f32],
-    ) -> Option<[f32; 3]> {
+    fn shade(&self, _: &Caster, seen: &Seen, near: Weighted) -> Option<[f32; 3]> {
         let value = |record| self.value(record, &seen.site);
-        let irradiance = self.interpolate(&seen.site, neighbours, weights, value)?;
+        let irradiance = self.interpolate(&seen.site, near, value)?;
         let light = match &self.directional {
-            Some(known) => self.directional(known, seen, irradiance, neighbours, weights),
+            Some(known) => self.directional(known, seen, irradiance, near),
             None => reflected(self.gatherer.shot, seen, irradiance),
         };
         Some(light.into())
