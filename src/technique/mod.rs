@@ -24,6 +24,7 @@ mod per_sample;
 pub mod radiance;
 mod restir;
 mod running_mean;
+mod shading_points;
 mod shot;
 mod stages;
 pub mod truth;
@@ -37,7 +38,8 @@ pub use contender::{
 pub use distribution::Distribution;
 
 pub use passes::Passes;
-pub use shot::{Film, Missed, Seen, Shot, Site, shading_points};
+pub use shading_points::shading_points;
+pub use shot::{Film, Missed, Seen, Shot, Site};
 pub use stages::{Clock, Seconds, Stage, Stages};
 pub use unit::{CACHES, Casts, LIGHTS, SAMPLES, SECONDS, UNITS, Unit};
 
