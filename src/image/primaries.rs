@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 
 /// Red, green, blue and white of Rec.709 in CIE xy.
-const REC709: [[f32; 2]; 4] = [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
+pub(super) const REC709: [[f32; 2]; 4] =
+    [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]];
 
 /// Those that Radiance takes where a file names none.
 const RADIANCE: [[f32; 2]; 4] = [[0.64, 0.33], [0.29, 0.60], [0.15, 0.06], [0.3333, 0.3333]];
