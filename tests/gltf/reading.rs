@@ -123,6 +123,18 @@ fn texture_coordinates_may_be_integers_and_count_from_the_top() {
 }
 
 #[test]
+fn texture_coordinates_that_are_not_normalised_need_an_extension() {
+    let mut file = File::triangle();
+    let uvs = file.accessor(&[0, 0, 1, 0, 0, 1], BYTES, "VEC2", 3);
+    file.set("/meshes/0/primitives/0/attributes/TEXCOORD_0", json!(uvs));
+    let error = file.load().unwrap_err();
+    assert!(error.contains("not normalised"), "{error}");
+    file.set("/extensionsUsed", json!(["KHR_mesh_quantization"]));
+    let scene = built(&file.load().expect("loads"));
+    assert_eq!(scene.uvs, [Vec2::Y, Vec2::ONE, Vec2::ZERO]);
+}
+
+#[test]
 fn nodes_hang_below_each_other_and_mirrors_keep_the_front() {
     let quarter = std::f64::consts::FRAC_1_SQRT_2;
     let file = File::triangle()

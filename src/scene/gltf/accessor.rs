@@ -68,6 +68,19 @@ impl Accessors<'_> {
         Ok(values)
     }
 
+    /// Whether it holds whole numbers that are meant as they are, in a file that does not say so by its extensions.
+    pub(super) fn is_out_of_scale(&self, index: usize) -> bool {
+        let root = self.file.root();
+        let quantised = root.extensions_used.iter();
+        let mut quantised = quantised.filter(|name| *name == "KHR_mesh_quantization");
+        let accessor = root.accessors.get(index);
+        let whole = accessor.is_some_and(|accessor| {
+            let component = valid(&accessor.component_type);
+            !accessor.normalized && component.is_some_and(|c| c.0 != ComponentType::F32)
+        });
+        whole && quantised.next().is_none()
+    }
+
     /// Whole numbers: indices of vertices.
     pub(super) fn indices(&self, index: usize) -> Result<Vec<u32>, SceneError> {
         let (accessor, place) = self.accessor(index)?;

@@ -75,6 +75,14 @@ impl Reader<'_> {
         }
         let normals = self.read::<3>(Semantic::Normals, "NORMAL", count)?;
         let name = format!("TEXCOORD_{uv_set}");
+        if let Some(index) = attribute(self.declared, Semantic::TexCoords(uv_set))
+            && self.accessors.is_out_of_scale(index)
+        {
+            return Err(self.error(format!(
+                "{name} (accessor {index}) holds whole numbers that are not normalised: \
+                 only KHR_mesh_quantization allows that"
+            )));
+        }
         let mut uvs = self.read::<2>(Semantic::TexCoords(uv_set), &name, count)?;
         if uvs.is_empty() && self.has_colour_texture() {
             uvs = vec![[0.0; 2]; positions.len()];
