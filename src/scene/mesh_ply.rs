@@ -7,7 +7,8 @@ use std::path::Path;
 use glam::{DVec3, Vec2, Vec3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
-    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
+    ScalarType,
 };
 
 use super::mesh::FileMesh;
@@ -42,6 +43,8 @@ pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<FileMesh, SceneErro
         file.check(name, element, bytes.len())?;
         file.element(&mut reader, name, element)?;
     }
+    let read = reader.get_ref().position() as usize;
+    file.note_trailing(bytes.get(read..).unwrap_or(&[]));
     file.finish()
 }
 
@@ -85,6 +88,13 @@ impl PlyFile<'_> {
             "vertex" => {
                 let vertices: Vec<Vertex> = self.entries(reader, element)?;
                 add_vertices(&mut self.read.mesh, &vertices, element);
+                if let Some(odd) = odd_colour(element) {
+                    let path = self.path.display();
+                    let note = format!(
+                        "{path}: colours of vertices of type {odd} are left out: they are read of uchar, ushort, float and double"
+                    );
+                    self.read.notes.push(note);
+                }
             }
             "face" => {
                 let faces = self.entries(reader, element)?;
@@ -116,6 +126,16 @@ impl PlyFile<'_> {
         let binary = self.header.encoding != Encoding::Ascii;
         let offset = binary.then(|| reader.get_ref().position());
         read.map_err(|e| located(self.path, &e, offset))
+    }
+
+    /// Says what stands behind the last element that the header declares.
+    fn note_trailing(&mut self, rest: &[u8]) {
+        let end = rest.trim_ascii_end().len();
+        if end > 0 {
+            let path = self.path.display();
+            let note = format!("{path}: {end} bytes behind the last element are left out");
+            self.read.notes.push(note);
+        }
     }
 
     fn finish(mut self) -> Result<FileMesh, SceneError> {
@@ -164,9 +184,26 @@ fn add_vertices(mesh: &mut Mesh, vertices: &[Vertex], element: &ElementDef) {
         mesh.uvs = vertices.iter().map(|v| v.uv).collect();
     }
     let mut colours = COLOUR_NAMES.iter();
-    if colours.any(|names| names.iter().all(|name| has(name))) {
+    let has_colours = colours.any(|names| names.iter().all(|name| has(name)));
+    if has_colours && odd_colour(element).is_none() {
         mesh.colours = vertices.iter().map(|v| v.colour).collect();
     }
+}
+
+/// The type of a channel of a colour for which nothing says what stands for 1.
+fn odd_colour(element: &ElementDef) -> Option<&'static str> {
+    let names = COLOUR_NAMES.iter().flatten();
+    let mut channels = names.filter_map(|name| element.properties.get(*name));
+    channels.find_map(|channel| match &channel.data_type {
+        PropertyType::Scalar(kind) => match kind {
+            ScalarType::Char => Some("char"),
+            ScalarType::Short => Some("short"),
+            ScalarType::Int => Some("int"),
+            ScalarType::UInt => Some("uint"),
+            ScalarType::UChar | ScalarType::UShort | ScalarType::Float | ScalarType::Double => None,
+        },
+        PropertyType::List(..) => Some("list"),
+    })
 }
 
 fn add_faces(mesh: &mut Mesh, faces: &[Face]) -> Result<(), String> {

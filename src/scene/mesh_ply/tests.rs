@@ -211,3 +211,26 @@ fn hollow_faces_are_covered_once() {
             .all(|t| t.contains(&1) && t.contains(&3))
     );
 }
+
+#[test]
+fn what_stands_behind_the_last_element_is_told() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let notes = |text: &str| {
+        parse_ply(text.as_bytes(), Path::new("m.ply"))
+            .unwrap()
+            .notes
+    };
+    assert!(notes(&format!("{text}\n \n")).is_empty());
+    assert_eq!(
+        notes(&format!("{text}3 2 1 0\n")),
+        ["m.ply: 7 bytes behind the last element are left out"]
+    );
+}
+
+#[test]
+fn colours_of_types_without_a_largest_value_are_told() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty int red\nproperty int green\nproperty int blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 255 0 0\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2\n";
+    let read = parse_ply(text.as_bytes(), Path::new("m.ply")).unwrap();
+    assert!(read.mesh.colours.is_empty());
+    assert!(read.notes[0].contains("of type int"), "{:?}", read.notes);
+}
