@@ -161,6 +161,8 @@ mod tests {
         let text = |bytes: &[u8]| plain_obj(bytes).text;
         assert_eq!(text(b"f 1 2 3\\"), "f 1 2 3 \n");
         assert_eq!(text(b"g caf\xe9\n"), "g café\n");
+        assert_eq!(text(b"\xff\xfeg\0 \0a\0\n\0"), "g a\n");
+        assert_eq!(text(b"\xfe\xff\0g\0 \0a\0\n"), "g a\n");
         assert_eq!(text(b""), "");
     }
 

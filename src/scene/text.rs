@@ -6,13 +6,14 @@ use std::path::Path;
 use super::SceneError;
 pub(super) use crate::suggest::{advice, nearest};
 
-/// The text of a file in UTF-8, with or without a byte order mark, or else in Latin-1, which has a character for every
-/// byte. Carriage returns end lines alone as well.
+/// The text of a file in UTF-8, with or without a byte order mark, in UTF-16 with one, or else in Latin-1, which has a
+/// character for every byte. Carriage returns end lines alone as well.
 pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+    let bare = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = match (std::str::from_utf8(bare), wide_units(bytes)) {
+        (Ok(text), _) => Cow::Borrowed(text),
+        (_, Some(units)) => Cow::Owned(String::from_utf16_lossy(&units)),
+        (_, None) => Cow::Owned(bare.iter().map(|&byte| char::from(byte)).collect()),
     };
     match text.contains('\r') {
         true => Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")),
@@ -20,19 +21,26 @@ pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
+/// The units of a text in UTF-16, which its byte order mark tells.
+fn wide_units(bytes: &[u8]) -> Option<Vec<u16>> {
+    let (rest, read): (_, fn([u8; 2]) -> u16) = match bytes {
+        [0xff, 0xfe, rest @ ..] => (rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => (rest, u16::from_be_bytes),
+        _ => return None,
+    };
+    Some(rest.chunks_exact(2).map(|c| read([c[0], c[1]])).collect())
+}
+
 /// The text of an XML file in the encoding that it declares.
 ///
 /// # Errors
 /// A sentence, where that is neither UTF-8, UTF-16 nor Latin-1, or the bytes are not in it.
 pub(super) fn decoded_xml(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
-    let wide = |rest: &[u8], read: fn([u8; 2]) -> u16| {
-        let units: Vec<u16> = rest.chunks_exact(2).map(|c| read([c[0], c[1]])).collect();
-        String::from_utf16(&units).map_err(|_| "the file is not sound UTF-16".to_owned())
-    };
-    match bytes {
-        [0xff, 0xfe, rest @ ..] => return wide(rest, u16::from_le_bytes).map(Cow::Owned),
-        [0xfe, 0xff, rest @ ..] => return wide(rest, u16::from_be_bytes).map(Cow::Owned),
-        _ => {}
+    if let Some(units) = wide_units(bytes) {
+        let text = String::from_utf16(&units);
+        return text
+            .map(Cow::Owned)
+            .map_err(|_| "the file is not sound UTF-16".to_owned());
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let head = &bytes[..bytes.iter().position(|&b| b == b'>').unwrap_or(0)];
