@@ -242,6 +242,10 @@ fn parse_mtl(text: &str, path: &Path, notes: &mut Vec<String>) -> Vec<MtlMateria
             if let Err(why) = done {
                 notes.push(note(&format!("`{keyword}` is left out: {why}")));
             }
+        } else if !keyword.is_empty() {
+            notes.push(note(&format!(
+                "`{keyword}` is left out: it stands before the first `newmtl`"
+            )));
         }
         line += lines;
     }
@@ -385,7 +389,7 @@ impl MtlMap {
     fn word(&mut self, option: &str, word: &str) {
         match (option, word) {
             ("-clamp", _) => self.clamp = word == "on",
-            ("-cc", "on") | ("-imfchan", "r" | "g" | "b" | "z") => {
+            ("-cc", "on") | ("-imfchan", "r" | "g" | "b" | "z" | "l") => {
                 self.left_out
                     .push(format!("`{option} {word}` of a map is left out"));
             }

@@ -38,6 +38,10 @@ fn libraries_are_read_and_what_is_not_understood_is_noted() {
             "d/m.mtl:2: `map_Kd` is left out: a file was expected",
         ),
         (
+            "map_d -imfchan l x.png",
+            "d/m.mtl:2: `-imfchan l` of a map is left out",
+        ),
+        (
             "map_Kd -q 1 x.png",
             "d/m.mtl:2: `map_Kd` is left out: option `-q`",
         ),
@@ -81,7 +85,7 @@ fn options_of_maps_are_followed() {
     let dimmed = map("-mm 0.1 0.5 -t 1 -cc on -imfchan l a.png");
     assert_eq!(
         (dimmed.gain, dimmed.base, dimmed.left_out.len()),
-        (0.5, 0.1, 2)
+        (0.5, 0.1, 3)
     );
     assert!(map("-t 0 0 0 -mm 0 2 -cc off a.png").left_out.is_empty());
 }
@@ -171,4 +175,14 @@ fn the_base_value_of_opacity_is_told() {
     let (_, notes) = parsed("newmtl a\nmap_Kd -mm 0.1 0.5 a.png\nmap_d -mm 0.1 0.5 a.png\n");
     assert_eq!(notes.len(), 1, "{notes:?}");
     assert!(notes[0].contains(":3: the base value"), "{notes:?}");
+}
+
+#[test]
+fn what_belongs_to_no_material_is_told() {
+    let (materials, notes) = parsed("# head\n\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n");
+    assert_eq!(materials[0].diffuse, Some([0.0, 1.0, 0.0]));
+    assert_eq!(
+        notes,
+        ["d/m.mtl:3: `Kd` is left out: it stands before the first `newmtl`"]
+    );
 }
