@@ -31,12 +31,18 @@ fn wide_units(bytes: &[u8]) -> Option<Vec<u16>> {
     Some(rest.chunks_exact(2).map(|c| read([c[0], c[1]])).collect())
 }
 
-/// The text of an XML file in the encoding that it declares.
+/// The text of an XML file in the encoding that it declares. Of other encodings of one byte than Latin-1 the characters of
+/// ASCII are read, the others replaced.
 ///
 /// # Errors
-/// A sentence, where that is neither UTF-8, UTF-16 nor Latin-1, or the bytes are not in it.
+/// A sentence, where that is neither UTF-8, UTF-16 nor of one byte, or the bytes are not in it.
 pub(super) fn decoded_xml(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
-    if let Some(units) = wide_units(bytes) {
+    let marked = match bytes {
+        [b'<', 0, ..] => Cow::Owned([b"\xff\xfe", bytes].concat()),
+        [0, b'<', ..] => Cow::Owned([b"\xfe\xff", bytes].concat()),
+        _ => Cow::Borrowed(bytes),
+    };
+    if let Some(units) = wide_units(&marked) {
         let text = String::from_utf16(&units);
         return text
             .map(Cow::Owned)
@@ -67,6 +73,13 @@ pub(super) fn decoded_xml(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
                 ))
             }
         },
+        other if other.starts_with("iso-8859-") || other.starts_with("windows-125") => {
+            let read = |&byte: &u8| match byte.is_ascii() {
+                true => char::from(byte),
+                false => char::REPLACEMENT_CHARACTER,
+            };
+            Ok(Cow::Owned(bytes.iter().map(read).collect()))
+        }
         _ => Err(format!(
             "the encoding `{declared}` is not read: save the file as UTF-8"
         )),
@@ -138,6 +151,9 @@ mod tests {
         assert!(decoded_xml(latin).unwrap().contains("café"));
         assert_eq!(decoded_xml(b"\xef\xbb\xbf<a/>").unwrap(), "<a/>");
         assert_eq!(decoded_xml(b"\xff\xfe<\0a\0/\0>\0").unwrap(), "<a/>");
+        assert_eq!(decoded_xml(b"<\0a\0/\0>\0").unwrap(), "<a/>");
+        let euro = b"<?xml version='1.0' encoding='ISO-8859-15'?><a b='1\xa4'/>";
+        assert!(decoded_xml(euro).unwrap().contains("'1\u{fffd}'"));
         let undeclared = decoded_xml(b"<a>\n<b c='caf\xe9'/>").unwrap_err();
         assert!(
             undeclared.starts_with("line 2 is not UTF-8"),
