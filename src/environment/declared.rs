@@ -73,9 +73,13 @@ impl Environment {
                     message,
                 };
                 let picture = crate::image::read_picture(path);
-                let picture = picture.map_err(|error| fail(error.to_string()))?;
+                let picture = picture.map_err(|error| fail(error.without_path()))?;
                 if let Some(window) = &picture.window {
                     return Err(fail(format!("{window}; a map needs all directions")));
+                }
+                if picture.cube {
+                    let what = "its six sides are those of a cube (envmap)";
+                    return Err(fail(format!("{what}; a map has a row to a latitude")));
                 }
                 let unheeded = unheeded(path, &picture);
                 let image = picture.into_linear();

@@ -4,6 +4,7 @@
 //! Every key is a hash of JSON with its parts in a fixed order. Files count by what is in them.
 
 use crate::environment::EnvironmentDescription;
+use crate::image::file_of;
 use std::collections::HashMap;
 use std::fs::File;
 use std::io;
@@ -211,7 +212,8 @@ fn all_contents(file: &GltfFile) -> Vec<String> {
 fn contents(path: &Path) -> String {
     static KNOWN: Mutex<Option<HashMap<Stamp, String>>> = Mutex::new(None);
     let read = || -> io::Result<String> {
-        let metadata = std::fs::metadata(path)?;
+        let file = file_of(path);
+        let metadata = std::fs::metadata(&file)?;
         let stamp = (path.to_owned(), metadata.len(), metadata.modified()?);
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         let known = known.get_or_insert_default();
@@ -219,7 +221,11 @@ fn contents(path: &Path) -> String {
             return Ok(found.clone());
         }
         let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(File::open(path)?)?;
+        hasher.update_reader(File::open(&file)?)?;
+        if file != path {
+            let layer = path.to_string_lossy();
+            hasher.update(layer.rsplit('#').next().unwrap_or("").as_bytes());
+        }
         let found = hasher.finalize().to_hex().to_string();
         known.insert(stamp, found.clone());
         Ok(found)

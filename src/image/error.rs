@@ -102,4 +102,19 @@ impl ImageError {
             reason: reason.to_string(),
         }
     }
+
+    /// What is wrong, for messages that name the file themselves.
+    pub fn without_path(&self) -> String {
+        let (Self::Io { path, .. }
+        | Self::UnknownFormat { path }
+        | Self::Decode { path, .. }
+        | Self::NoColor { path, .. }
+        | Self::NoLayer { path, .. }
+        | Self::SeveralLayers { path, .. }
+        | Self::TooLarge { path, .. }
+        | Self::Encode { path, .. }) = self;
+        let text = self.to_string();
+        let head = format!("{}: ", path.display());
+        text.strip_prefix(&head).unwrap_or(&text).to_owned()
+    }
 }

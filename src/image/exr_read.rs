@@ -6,7 +6,7 @@ use super::guard::{decoded, exr_bytes_a_byte, holds};
 use super::primaries::to_rec709;
 use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
 use exr::meta::MetaData;
-use exr::meta::attribute::{AttributeValue, IntegerBounds};
+use exr::meta::attribute::{AttributeValue, EnvironmentMap, IntegerBounds};
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
 use glam::DVec3;
 use serde_json::Value;
@@ -29,6 +29,8 @@ pub struct LayeredImage {
     pub window: Option<String>,
     /// Width of a pixel over its height.
     pub pixel_aspect: f32,
+    /// Whether it holds the six sides of a cube around a place.
+    pub cube: bool,
 }
 
 impl LayeredImage {
@@ -87,6 +89,7 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
             picture.window = Some(note.map_err(|why| ImageError::decode(path, "EXR", why))?);
         }
         picture.layers.extend(layers);
+        picture.cube |= part.attributes.environment_map == Some(EnvironmentMap::Cube);
         gather_attributes(&mut picture.attributes, part);
     }
     Ok(picture)
@@ -163,6 +166,8 @@ pub(super) struct ExrPicture {
     pub window: Option<String>,
     /// What the file says of its pixels that is not followed.
     pub unheeded: Vec<String>,
+    /// See [`LayeredImage::cube`].
+    pub cube: bool,
 }
 
 /// The picture of an EXR file.
@@ -234,12 +239,40 @@ pub(super) fn decode_picture(
     let aspect = file.pixel_aspect;
     let note =
         || format!("its pixels are {aspect} times as wide as high: they are taken for square");
+    let odd_shape = (!is_square).then(note);
+    let unheeded = odd_shape.into_iter().chain(foreign_space(&file)).collect();
     Ok(ExrPicture {
         image,
         translucent,
         window: file.window,
-        unheeded: (!is_square).then(note).into_iter().collect(),
+        unheeded,
+        cube: file.cube,
     })
+}
+
+/// Names of the colour space that is read, as programs write them, in small letters.
+const LINEAR_REC709: [&str; 8] = [
+    "linear",
+    "scene_linear",
+    "lin_srgb",
+    "lin_rec709",
+    "lin_rec709_scene",
+    "linear rec.709 (srgb)",
+    "linear srgb",
+    "utility - linear - srgb",
+];
+
+/// A colour space that is named and is not Rec.709, where no chromaticities say what it is.
+fn foreign_space(file: &LayeredImage) -> Option<String> {
+    let mut attributes = file.attributes.iter();
+    let names = ["colorspace", "oiio:colorspace"];
+    let (name, space) = attributes.find_map(|(name, value)| {
+        let known = names.iter().any(|known| name.eq_ignore_ascii_case(known));
+        known.then_some(name).zip(value.as_str())
+    })?;
+    let known = LINEAR_REC709.contains(&space.trim().to_lowercase().as_str());
+    (!known && file.chromaticities.is_none())
+        .then(|| format!("its {name} `{space}` is left out: values are taken for linear Rec.709"))
 }
 
 /// The channels that make a colour with a luminance: of CIE XYZ, or of luminance and chroma.

@@ -396,3 +396,52 @@ fn primaries_of_radiance_files_are_converted() {
     assert!(with("0.1 0.1 0.2 0.2 0.3 0.3 0.3 0.3").is_err());
     assert!(with("0.64 0.33").unwrap_err().contains("eight numbers"));
 }
+
+/// A map in layers `left` and `right`, with what a file may say of it.
+fn write_map(path: &Path, space: Option<&str>, cube: bool) {
+    let names = [
+        "left.R", "left.G", "left.B", "right.R", "right.G", "right.B",
+    ];
+    let channels = names.map(|name| {
+        let value = if name.starts_with("left") { 1.0 } else { 2.0 };
+        AnyChannel::new(name, FlatSamples::F32(vec![value; 8]))
+    });
+    let mut attributes = LayerAttributes::named("map");
+    if cube {
+        attributes.environment_map = Some(exr::meta::attribute::EnvironmentMap::Cube);
+    }
+    if let Some(space) = space {
+        let space = exr::meta::attribute::AttributeValue::Text(space.into());
+        attributes.other.insert("oiio:ColorSpace".into(), space);
+    }
+    let channels = AnyChannels::sort(channels.into_iter().collect());
+    let encoding = exr::prelude::Encoding::UNCOMPRESSED;
+    let layer = exr::prelude::Layer::new((4, 2), attributes, encoding, channels);
+    let image = exr::prelude::Image::from_layer(layer);
+    image.write().to_file(path).unwrap();
+}
+
+#[test]
+fn colour_spaces_that_are_named_are_told() {
+    let (_folder, path) = scratch("a.exr");
+    let layer = PathBuf::from(format!("{}#left", path.display()));
+    let told = |space: Option<&str>| {
+        write_map(&path, space, false);
+        read_picture(&layer).unwrap().unheeded
+    };
+    assert!(told(None).is_empty() && told(Some("Linear")).is_empty());
+    assert_eq!(
+        told(Some("ACEScg")),
+        ["its oiio:ColorSpace `ACEScg` is left out: values are taken for linear Rec.709"]
+    );
+}
+
+#[test]
+fn cubes_are_told_from_maps() {
+    let (_folder, path) = scratch("a.exr");
+    let layer = PathBuf::from(format!("{}#right", path.display()));
+    for cube in [false, true] {
+        write_map(&path, None, cube);
+        assert_eq!(read_picture(&layer).unwrap().cube, cube);
+    }
+}

@@ -10,6 +10,8 @@ pub(super) struct HdrHeader {
     pub primaries: Option<[[f32; 2]; 4]>,
     /// Whether the first row of the file is the lowest of the picture.
     pub bottom_up: bool,
+    /// What else it says of its pixels, which is not followed, in words.
+    pub unheeded: Vec<String>,
     /// Pixels.
     width: u32,
     height: u32,
@@ -27,6 +29,7 @@ impl HdrHeader {
             exposure: [1.0; 3],
             primaries: None,
             bottom_up: false,
+            unheeded: Vec::new(),
             width: 0,
             height: 0,
             start: 0,
@@ -45,6 +48,12 @@ impl HdrHeader {
                     return Err(format!("FORMAT is {format}: save it as 32-bit_rle_rgbe"));
                 }
                 name @ ("EXPOSURE" | "COLORCORR") => header.multiply(name, value)?,
+                name @ ("GAMMA" | "PIXASPECT") if value.trim().parse() != Ok(1.0_f32) => {
+                    let value = value.trim();
+                    let note =
+                        format!("its {name}={value} is left out: values are linear, pixels square");
+                    header.unheeded.push(note);
+                }
                 "PRIMARIES" => header.primaries = Some(primaries(value)?),
                 _ => {}
             }
@@ -143,9 +152,17 @@ mod tests {
             let header = HdrHeader::read(text.as_bytes()).unwrap();
             assert_eq!((header.exposure, header.bottom_up), (exposure, bottom_up));
             assert_eq!((header.width, header.height), (3, 2));
+            assert!(header.unheeded.is_empty());
             let plain = header.plain(text.as_bytes());
             assert!(plain.starts_with(b"#?RADIANCE\n") && plain.ends_with(b"+X 3\nxyxyxyxy"));
         }
+    }
+
+    #[test]
+    fn what_is_not_followed_is_told() {
+        let text = "#?RADIANCE\nGAMMA=2.2\nPIXASPECT= 1.0\nPIXASPECT=2\n\n-Y 1 +X 1\nxyxy";
+        let told = HdrHeader::read(text.as_bytes()).unwrap().unheeded;
+        assert!(told.len() == 2 && told[0].contains("GAMMA=2.2"), "{told:?}");
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub struct Picture {
     pub window: Option<String>,
     /// What the file says of its colours or pixels that is not followed, in words.
     pub unheeded: Vec<String>,
+    /// Whether the file says that it holds the six sides of a cube around a place.
+    pub cube: bool,
 }
 
 impl Picture {
@@ -85,15 +87,18 @@ pub(crate) fn decode_bytes(
                 translucent: picture.translucent,
                 window: picture.window,
                 unheeded: picture.unheeded,
+                cube: picture.cube,
             });
         }
         [b'#', b'?', ..] => {
+            let (image, unheeded) = decode_hdr(path, bytes)?;
             return Ok(Picture {
-                image: decode_hdr(path, bytes)?,
+                image,
                 encoding: Encoding::Linear,
                 translucent: 0,
                 window: None,
-                unheeded: Vec::new(),
+                unheeded,
+                cube: false,
             });
         }
         [0x89, b'P', b'N', b'G', ..] => decode(path, bytes, ImageFormat::Png)?,
@@ -109,7 +114,13 @@ pub(crate) fn decode_bytes(
         translucent: translucent_pixels(&picture),
         window: None,
         unheeded: unheeded(bytes),
+        cube: false,
     })
+}
+
+/// The file that a path names, where a layer may follow behind a `#`.
+pub fn file_of(path: &Path) -> PathBuf {
+    file_and_layer(path).0
 }
 
 /// The file that is named, and the layer behind a `#` if there is no file whose name has it.
@@ -164,8 +175,8 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
         .map_err(|why| ImageError::decode(path, name, why))
 }
 
-/// Radiance files keep linear values in a shared exponent; the decoder yields f32.
-fn decode_hdr(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
+/// Radiance files keep linear values in a shared exponent; the decoder yields f32. With what is not followed.
+fn decode_hdr(path: &Path, bytes: &[u8]) -> Result<(Image, Vec<String>), ImageError> {
     let header =
         HdrHeader::read(bytes).map_err(|why| ImageError::decode(path, "Radiance HDR", why))?;
     let picture = decode(path, &header.plain(bytes), ImageFormat::Hdr)?.into_rgb32f();
@@ -192,7 +203,7 @@ fn decode_hdr(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
         let rows = image.pixels.chunks(image.width.max(1)).rev();
         image.pixels = rows.flatten().copied().collect();
     }
-    Ok(image)
+    Ok((image, header.unheeded))
 }
 
 fn coded_pixels(picture: &DynamicImage) -> Image {

@@ -10,6 +10,7 @@ use super::{
     TextureDescription,
 };
 use crate::environment::{Environment, EnvironmentDescription, EnvironmentError};
+use crate::image::file_of;
 
 impl Scene {
     pub(super) fn add_materials(
@@ -31,7 +32,7 @@ impl Scene {
         if !needs.textures {
             return Ok(());
         }
-        let is_present = |t: &TextureDescription| t.path().is_none_or(|p| p.exists());
+        let is_present = |t: &TextureDescription| t.path().is_none_or(|p| file_of(p).exists());
         let loaded: Vec<(usize, Option<Result<Texture, SceneError>>)> = used
             .into_par_iter()
             .map(|i| {
@@ -104,7 +105,7 @@ impl Scene {
         if let EnvironmentDescription::Map { path, .. } = environment {
             let map = TextureDescription::file(path.clone());
             self.report.cost.environment = estimated_bytes(&map).unwrap_or(0);
-            if !path.exists() {
+            if !file_of(path).exists() {
                 if needs.environment {
                     let shown = path.display();
                     let message = format!("environment map {shown} is absent: no light from it");

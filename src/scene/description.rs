@@ -241,7 +241,8 @@ pub enum TextureSource {
 impl TextureDescription {
     /// A file read as its type suggests: sRGB for 8-bit images, linear for `.hdr`, `.exr`, `.pfm`.
     pub fn file(path: PathBuf) -> Self {
-        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        let file = crate::image::file_of(&path);
+        let extension = file.extension().map(|e| e.to_ascii_lowercase());
         let hdr = extension.is_some_and(|e| e == "hdr" || e == "exr" || e == "pfm");
         Self {
             source: TextureSource::File(path),

@@ -2,6 +2,7 @@
 
 use super::{BuildReport, Needs, SceneDescription, SceneError};
 use crate::environment::EnvironmentDescription;
+use crate::image::file_of;
 
 /// A file that is not there, in words, and whether light comes from it.
 struct Absent {
@@ -40,7 +41,7 @@ impl SceneDescription {
         let mut absent = Vec::new();
         if let Some(EnvironmentDescription::Map { path, .. }) = &self.environment
             && needs.environment
-            && !path.exists()
+            && !file_of(path).exists()
         {
             absent.push(Absent {
                 what: format!("environment map {}", path.display()),
@@ -57,10 +58,14 @@ impl SceneDescription {
         }
         let shining = self.shapes.iter().filter_map(|s| s.emission_texture);
         let shining = shining.filter_map(|i| self.textures.get(i)?.path());
-        absent.extend(shining.filter(|path| !path.exists()).map(|path| Absent {
-            what: format!("texture {} of a light", path.display()),
-            shines: needs.emitters,
-        }));
+        absent.extend(
+            shining
+                .filter(|path| !file_of(path).exists())
+                .map(|path| Absent {
+                    what: format!("texture {} of a light", path.display()),
+                    shines: needs.emitters,
+                }),
+        );
         if needs.textures {
             let used = self
                 .shapes
@@ -72,10 +77,14 @@ impl SceneDescription {
             let paths = used
                 .into_iter()
                 .filter_map(|i| self.textures.get(i)?.path());
-            absent.extend(paths.filter(|path| !path.exists()).map(|path| Absent {
-                what: format!("texture {}", path.display()),
-                shines: false,
-            }));
+            absent.extend(
+                paths
+                    .filter(|path| !file_of(path).exists())
+                    .map(|path| Absent {
+                        what: format!("texture {}", path.display()),
+                        shines: false,
+                    }),
+            );
         }
         // What shines first: no declaration helps there.
         absent.sort_by_key(|a| !a.shines);

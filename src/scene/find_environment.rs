@@ -8,6 +8,7 @@ use super::SceneError;
 use super::find::search_folders;
 use super::text::nearest;
 use crate::environment::{EnvironmentDescription, EnvironmentRows, embedded_maps};
+use crate::image::file_of;
 
 const EXTENSIONS: [&str; 2] = ["hdr", "exr"];
 
@@ -36,7 +37,10 @@ pub fn find_environment_in(
     let found = places
         .iter()
         .find_map(|folder| map_in(folder, name))
-        .or_else(|| Path::new(name).is_file().then(|| PathBuf::from(name)));
+        .or_else(|| {
+            let file = file_of(Path::new(name));
+            file.is_file().then(|| PathBuf::from(name))
+        });
     if let Some(path) = found {
         return Ok(EnvironmentDescription::Map {
             path,
@@ -146,5 +150,50 @@ mod tests {
             find_environment_in("noon", &folders),
             Ok(EnvironmentDescription::Embedded { .. })
         ));
+    }
+
+    #[test]
+    fn a_layer_of_a_file_may_be_an_environment() {
+        use crate::environment::Environment;
+        use crate::image::{Attributes, Image, Layer, Plane, write_exr};
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr");
+        // The first layer that is written is the picture: here one of distances.
+        let depth = Layer::gray("", Plane::new(4, 2));
+        let colours = [("left", 1.0), ("right", 2.0)].map(|(name, value)| {
+            let mut image = Image::new(4, 2);
+            image.pixels.fill([value; 3]);
+            Layer::color(name, image)
+        });
+        let layers = [vec![depth], colours.to_vec()].concat();
+        write_exr(&path, &layers, &Attributes::default()).expect("writes");
+        let environment = |name: String| {
+            let found = find_environment(&name).expect("is found");
+            Environment::from_description(&found).map_err(|error| error.to_string())
+        };
+        let right = environment(format!("{}#right", path.display())).expect("reads");
+        assert_eq!(right.radiance(glam::Vec3::X), [2.0; 3]);
+        let several = environment(path.display().to_string()).expect_err("two layers");
+        assert_eq!(several.matches("a.exr: ").count(), 1, "{several}");
+    }
+
+    #[test]
+    fn a_cube_is_no_map() {
+        use crate::environment::Environment;
+        use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage};
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.exr");
+        let channels =
+            ["R", "G", "B"].map(|name| AnyChannel::new(name, FlatSamples::F32(vec![1.0; 6])));
+        let mut attributes = exr::prelude::LayerAttributes::named("map");
+        attributes.environment_map = Some(exr::meta::attribute::EnvironmentMap::Cube);
+        let channels = AnyChannels::sort(channels.into_iter().collect());
+        let encoding = exr::prelude::Encoding::UNCOMPRESSED;
+        let layer = exr::prelude::Layer::new((1, 6), attributes, encoding, channels);
+        let image = exr::prelude::Image::from_layer(layer);
+        image.write().to_file(&path).expect("writes");
+        let found = find_environment(&path.display().to_string()).expect("is found");
+        let error = Environment::from_description(&found).expect_err("a cube");
+        assert!(error.to_string().contains("cube"), "{error}");
     }
 }

@@ -27,6 +27,7 @@ use parse::{Document, parse_document, read_document};
 
 use super::text::{advice, decoded_xml, file_error};
 use super::{Material, SceneDescription, SceneError};
+use crate::image::file_of;
 
 /// Depth that stands for Mitsuba's unlimited −1.
 const UNLIMITED_DEPTH: u32 = 65;
@@ -204,7 +205,7 @@ impl<'a> Importer<'a> {
             Some(name) => {
                 let name = name.replace('\\', "/");
                 let mut files = self.folders.iter().map(|folder| folder.join(&name));
-                let found = files.find(|file| file.exists());
+                let found = files.find(|file| file_of(file).exists());
                 Ok(found.unwrap_or_else(|| self.folders[0].join(&name)))
             }
             None => Err(element.error(format!("{} needs a `filename`", element.kind()))),
