@@ -147,6 +147,7 @@ fn texture(texture: &TextureDescription) -> Value {
         nearest,
         wrap,
         uv_scale,
+        uv_shear,
         uv_turn_rad,
         uv_offset,
         factor,
@@ -166,6 +167,9 @@ fn texture(texture: &TextureDescription) -> Value {
     };
     if let (Some(base), Some(parts)) = (base, parts.as_array_mut()) {
         parts.push(json!(["base", base]));
+    }
+    if let (true, Some(parts)) = (*uv_shear != 0.0, parts.as_array_mut()) {
+        parts.push(json!(["shear", uv_shear]));
     }
     parts
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::texture::estimated_bytes;
+use super::texture_file::estimated_bytes;
 use super::{
     LightKind, Material, Needs, Scene, SceneDescription, SceneError, Shape, Texture,
     TextureDescription,
@@ -50,6 +50,8 @@ impl Scene {
                 }
             }
         }
+        let odd = out_of_range(description, &self.textures);
+        self.report.notes.extend(odd);
         let notes = self.textures.iter().flat_map(Texture::notes);
         self.report.notes.extend(notes.cloned());
         self.report.notes.extend(self.alphas_left_out(description));
@@ -137,6 +139,18 @@ impl Scene {
         self.environment = Some(environment);
         Ok(())
     }
+}
+
+/// Pictures that say what a surface reflects and hold what none does.
+fn out_of_range(description: &SceneDescription, textures: &[Texture]) -> Vec<String> {
+    let materials = description.materials.iter();
+    let colours: BTreeSet<usize> = materials.flat_map(Material::colour_textures).collect();
+    let note = |i: usize| {
+        let count = textures.get(i)?.out_of_range();
+        let path = description.textures[i].path()?.display();
+        (count > 0).then(|| format!("{path}: {count} texels outside of [0, 1] are kept"))
+    };
+    colours.into_iter().filter_map(note).collect()
 }
 
 /// Textures of the materials of the shapes that have triangles.

@@ -188,8 +188,10 @@ pub struct TextureDescription {
     pub nearest: bool,
     /// What lies outside the unit square.
     pub wrap: Wrap,
-    /// `uv * scale`, turned, `+ offset` is looked up.
+    /// `uv * scale`, sheared, turned, `+ offset` is looked up.
     pub uv_scale: [f32; 2],
+    /// How much of v is added to u.
+    pub uv_shear: f32,
     /// From u to v, radians.
     pub uv_turn_rad: f32,
     /// Added last: see `uv_scale`.
@@ -250,6 +252,7 @@ impl TextureDescription {
             nearest: false,
             wrap: Wrap::Repeat,
             uv_scale: [1.0; 2],
+            uv_shear: 0.0,
             uv_turn_rad: 0.0,
             uv_offset: [0.0; 2],
             factor: [1.0; 3],

@@ -133,13 +133,17 @@ impl Material {
 
     /// Indices of the textures that it refers to.
     pub fn textures(&self) -> Vec<usize> {
-        let index = |source| match source {
+        let bump = self.bump.map(|(i, _)| i);
+        let colours = self.colour_textures();
+        colours.chain(bump).chain(self.normals).collect()
+    }
+
+    /// Indices of the textures that give its colours.
+    pub(super) fn colour_textures(&self) -> impl Iterator<Item = usize> {
+        self.colours().filter_map(|source| match source {
             ColourSource::Texture(i) => Some(i),
             ColourSource::Constant(_) | ColourSource::Vertices => None,
-        };
-        let textures = self.colours().filter_map(index);
-        let bump = self.bump.map(|(i, _)| i);
-        textures.chain(bump).chain(self.normals).collect()
+        })
     }
 
     /// Whether it takes the colours of vertices.

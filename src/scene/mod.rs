@@ -36,6 +36,7 @@ pub mod shapes;
 mod spline;
 mod text;
 mod texture;
+mod texture_file;
 mod textured_light;
 pub mod track;
 mod transform;

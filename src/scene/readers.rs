@@ -6,7 +6,7 @@ use super::mesh_mtl::read_mtl;
 use super::mesh_obj::ObjFile;
 use super::mesh_ply::parse_ply;
 use super::mesh_serialized::parse_serialized;
-use super::texture::try_texture;
+use super::texture_file::try_texture;
 use super::{gltf, load_toml, mitsuba};
 
 /// A format, and its reader: `Err` is what a user would be told.

@@ -1,16 +1,12 @@
-//! Bitmap textures.
+//! Textures in memory and what they are looked up for.
 
-use std::io::{BufRead, BufReader, Cursor, Seek};
-use std::path::Path;
 use std::sync::OnceLock;
 
 use glam::Vec2;
 
-use super::text::file_error;
+use super::texture_file::{Decoded, decode_gltf_image, load_texels};
 use super::{Alpha, SceneError, TextureDescription, TextureSource};
-use crate::image::{
-    decoded, holds, is_cut_jpeg, pixels_a_byte, srgb_decode, translucent_pixels, unheeded,
-};
+use crate::image::srgb_decode;
 
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
@@ -39,6 +35,7 @@ pub struct Texture {
     nearest: bool,
     wrap: Wrap,
     uv_scale: Vec2,
+    uv_shear: f32,
     uv_turn: Vec2,
     uv_offset: Vec2,
     factor: [f32; 3],
@@ -50,19 +47,9 @@ pub struct Texture {
     translucent: usize,
 }
 
-/// Texels of a file, the top row first.
-#[derive(Default)]
-struct Decoded {
-    width: usize,
-    height: usize,
-    texels: Texels,
-    notes: Vec<String>,
-    translucent: usize,
-}
-
 /// Texels as compactly as the file allows.
 #[derive(Clone, Debug)]
-enum Texels {
+pub(super) enum Texels {
     /// 8-bit sRGB, decoded through a table.
     Srgb8(Vec<[u8; 3]>),
     /// 8-bit linear.
@@ -93,6 +80,7 @@ impl Texture {
             nearest: true,
             wrap: Wrap::Repeat,
             uv_scale: Vec2::ONE,
+            uv_shear: 0.0,
             uv_turn: Vec2::X,
             uv_offset: Vec2::ZERO,
             factor: [1.0; 3],
@@ -118,10 +106,7 @@ impl Texture {
     pub fn load(description: &TextureDescription) -> Result<Self, SceneError> {
         let decoded = match &description.source {
             TextureSource::File(path) => load_texels(path, description)?,
-            TextureSource::Gltf { file, image } => {
-                let bytes = Cursor::new(file.image_bytes(*image)?);
-                decode_texels(bytes, file.path(), description)?
-            }
+            TextureSource::Gltf { file, image } => decode_gltf_image(file, *image, description)?,
             TextureSource::Checkerboard([a, b]) => Decoded {
                 width: 2,
                 height: 2,
@@ -138,6 +123,7 @@ impl Texture {
             nearest: description.nearest,
             wrap: description.wrap,
             uv_scale: Vec2::from(description.uv_scale),
+            uv_shear: description.uv_shear,
             uv_turn: Vec2::from_angle(description.uv_turn_rad),
             uv_offset: Vec2::from(description.uv_offset),
             factor: description.factor,
@@ -166,7 +152,8 @@ impl Texture {
     }
 
     fn filtered(&self, uv: Vec2) -> [f32; 3] {
-        let uv = self.uv_turn.rotate(uv * self.uv_scale) + self.uv_offset;
+        let sheared = uv * self.uv_scale + Vec2::new(uv.y * self.uv_shear, 0.0);
+        let uv = self.uv_turn.rotate(sheared) + self.uv_offset;
         let x = uv.x * self.width as f32;
         let y = (1.0 - uv.y) * self.height as f32;
         if self.nearest {
@@ -197,6 +184,16 @@ impl Texture {
         }
         let count = (self.width * self.height) as f64;
         self.coloured(sum.map(|channel| (channel / count) as f32))
+    }
+
+    /// How many texels, times the factor, lie outside of [0, 1].
+    pub(super) fn out_of_range(&self) -> usize {
+        let Texels::Float(texels) = &self.texels else {
+            return 0;
+        };
+        let within = |texel: [f32; 3]| texel.iter().all(|value| (0.0..=1.0).contains(value));
+        let colours = texels.iter().map(|&texel| self.coloured(texel));
+        colours.filter(|&colour| !within(colour)).count()
     }
 
     /// Bytes of the texels.
@@ -241,130 +238,6 @@ fn srgb_table() -> &'static [f32; 256] {
     TABLE.get_or_init(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)))
 }
 
-/// Decodes the bytes of an 8- or 16-bit image as textures are; messages name `path`.
-pub(super) fn try_texture(bytes: &[u8], path: &Path) -> Result<(), SceneError> {
-    let description = TextureDescription::file(path.to_owned());
-    decode_texels(Cursor::new(bytes), path, &description).map(|_| ())
-}
-
-fn load_texels(path: &Path, description: &TextureDescription) -> Result<Decoded, SceneError> {
-    if path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"))
-    {
-        return load_linear(path);
-    }
-    let file = std::fs::File::open(path).map_err(|e| file_error(path, e.to_string()))?;
-    decode_texels(BufReader::new(file), path, description)
-}
-
-/// Decodes an image file; messages name `path`.
-fn decode_texels(
-    mut bytes: impl BufRead + Seek,
-    path: &Path,
-    description: &TextureDescription,
-) -> Result<Decoded, SceneError> {
-    let srgb = description.srgb;
-    let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
-    let mut whole = Vec::new();
-    bytes.read_to_end(&mut whole).map_err(|e| fail(&e))?;
-    // Nothing in a TGA file says what it is.
-    let tga = || image::ImageFormat::from_path(path).ok();
-    let tga = || tga().filter(|format| *format == image::ImageFormat::Tga);
-    let format = image::guess_format(&whole).ok().or_else(tga);
-    let format = format.ok_or_else(|| {
-        fail(&"neither PNG, JPEG, BMP nor TGA (told by the first bytes, TGA by the name)")
-    })?;
-    if format == image::ImageFormat::Jpeg && is_cut_jpeg(&whole) {
-        return Err(fail(&"the file is cut short"));
-    }
-    let reader = || image::ImageReader::with_format(Cursor::new(&whole), format);
-    let size = reader().into_dimensions().map_err(|e| fail(&e))?;
-    let size = (size.0 as usize, size.1 as usize);
-    holds(size, whole.len(), pixels_a_byte(format)).map_err(|why| fail(&why))?;
-    let image = decoded(|| reader().decode().map_err(|e| e.to_string()));
-    let image = image.map_err(|why| fail(&why))?;
-    let place = |note: String| format!("{}: {note}", path.display());
-    let notes = unheeded(&whole).into_iter().map(place).collect();
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    if width == 0 || height == 0 {
-        return Err(fail(&"the image is empty"));
-    }
-    if description.alpha.is_some() {
-        let alphas = image.to_rgba8().pixels().map(|p| [p.0[3]; 3]).collect();
-        return Ok(Decoded {
-            width,
-            height,
-            texels: Texels::Linear8(alphas),
-            notes,
-            translucent: 0,
-        });
-    }
-    let translucent = translucent_pixels(&image);
-    use image::ColorType::{L8, La8, Rgb8, Rgba8};
-    let texels = if matches!(image.color(), L8 | La8 | Rgb8 | Rgba8) {
-        let pixels = image.to_rgb8().pixels().map(|p| p.0).collect();
-        if srgb {
-            Texels::Srgb8(pixels)
-        } else {
-            Texels::Linear8(pixels)
-        }
-    } else {
-        let decode = |v: f32| if srgb { srgb_decode(v) } else { v };
-        Texels::Float(
-            image
-                .to_rgb32f()
-                .pixels()
-                .map(|p| p.0.map(decode))
-                .collect(),
-        )
-    };
-    Ok(Decoded {
-        width,
-        height,
-        texels,
-        notes,
-        translucent,
-    })
-}
-
-/// EXR and Radiance HDR through the image module, which keeps them linear.
-fn load_linear(path: &Path) -> Result<Decoded, SceneError> {
-    let picture = crate::image::read_picture(path);
-    let picture = picture.map_err(|e| file_error(path, e.to_string()))?;
-    let notes = picture.window.iter().chain(&picture.unheeded);
-    let notes = notes.map(|note| format!("{}: {note}", path.display()));
-    let notes = notes.collect();
-    let translucent = picture.translucent;
-    let image = picture.into_linear();
-    if image.pixels.is_empty() {
-        return Err(file_error(path, "the image is empty"));
-    }
-    Ok(Decoded {
-        width: image.width,
-        height: image.height,
-        texels: Texels::Float(image.pixels),
-        notes,
-        translucent,
-    })
-}
-
-/// Bytes that a texture would take, from the header of its file; `None` when it cannot be read.
-pub(super) fn estimated_bytes(description: &TextureDescription) -> Option<usize> {
-    if let TextureSource::Gltf { file, image } = &description.source {
-        let bytes = Cursor::new(file.image_bytes(*image).ok()?);
-        let reader = image::ImageReader::new(bytes).with_guessed_format().ok()?;
-        let (width, height) = reader.into_dimensions().ok()?;
-        return Some(width as usize * height as usize * 3);
-    }
-    let path = description.path()?;
-    let (width, height) = image::image_dimensions(path).ok()?;
-    let hdr = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
-    Some(width as usize * height as usize * if hdr { 12 } else { 3 })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -407,32 +280,24 @@ mod tests {
     }
 
     #[test]
-    fn tga_files_are_known_by_their_name() {
-        let picture = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
-        let mut bytes = Cursor::new(Vec::new());
-        let tga = image::ImageFormat::Tga;
-        picture.write_to(&mut bytes, tga).expect("memory");
-        let bytes = bytes.into_inner();
-        try_texture(&bytes, Path::new("a.TGA")).unwrap();
-        let error = try_texture(&bytes, Path::new("a.png"))
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("TGA by the name"), "{error}");
-        let mut large = bytes.clone();
-        large[12..16].fill(0x7f);
-        let error = try_texture(&large, Path::new("a.tga"))
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("too few"), "{error}");
-    }
-
-    #[test]
     fn what_is_added_is_added_after_the_factor() {
         let mut texture = Texture::constant([0.5, 1.0, 0.0]);
         texture.factor = [0.5; 3];
         texture.base = Some([0.2, 0.8, 0.0]);
         assert_eq!(texture.lookup(Vec2::ZERO), [0.45, 1.0, 0.0]);
         assert_eq!(texture.mean(), [0.45, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn coordinates_are_scaled_sheared_turned_and_shifted() {
+        let mut texture = pattern(true, Wrap::Repeat);
+        texture.uv_scale = Vec2::new(0.5, 1.0);
+        texture.uv_shear = 0.5;
+        texture.uv_turn = Vec2::from_angle(std::f32::consts::FRAC_PI_2);
+        texture.uv_offset = Vec2::new(1.0, 0.0);
+        // (0.2, 0.8) → (0.1, 0.8) → (0.5, 0.8) → (−0.8, 0.5) → (0.2, 0.5), just above and below the middle.
+        assert_eq!(texture.lookup(Vec2::new(0.22, 0.8))[0], 1.0);
+        assert_eq!(texture.lookup(Vec2::new(0.18, 0.8))[0], 3.0);
     }
 
     #[test]
@@ -478,26 +343,5 @@ mod tests {
         assert_eq!(t.lookup(Vec2::new(0.1, 0.9))[0], 1.0);
         assert_eq!(t.lookup(Vec2::new(0.3, 0.9))[0], 0.0);
         assert_eq!(t.lookup(Vec2::new(0.6, 0.9))[0], 1.0, "scaled twice");
-    }
-
-    #[test]
-    fn files_are_read_and_damage_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        image::RgbImage::from_fn(2, 1, |x, _| image::Rgb([255 * x as u8, 0, 188]))
-            .save(&path)
-            .unwrap();
-        let mut description = TextureDescription::file(path.clone());
-        description.nearest = true;
-        let t = Texture::load(&description).unwrap();
-        assert_eq!((t.width, t.height, t.bytes()), (2, 1, 6));
-        assert!((t.lookup(Vec2::new(0.9, 0.5))[2] - 0.502_886_5).abs() < 1e-6);
-        description.srgb = false;
-        let raw = Texture::load(&description).unwrap();
-        assert!((raw.lookup(Vec2::new(0.9, 0.5))[2] - 188.0 / 255.0).abs() < 1e-6);
-        let bytes = std::fs::read(&path).unwrap();
-        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
-        let error = Texture::load(&description).unwrap_err().to_string();
-        assert!(error.contains("a.png"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! Textures and colours that may come from them.
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DMat4, DVec2};
 
 use super::Importer;
 use super::element::Element;
@@ -31,6 +31,21 @@ impl<'a> Importer<'a> {
             },
             None => Ok(ColourSource::Constant([default; 3])),
         }
+    }
+
+    /// A colour of a material; what no surface reflects or lets pass is clamped.
+    fn in_range(&mut self, of: &Element, parameter: &Element, colour: [f32; 3]) -> [f32; 3] {
+        let name = parameter.name();
+        let share = ["reflectance", "transmittance", "base_color"];
+        let clamped = colour.map(|value| value.clamp(0.0, 1.0));
+        if clamped == colour || of.tag != "bsdf" || !share.iter().any(|end| name.ends_with(end)) {
+            return colour;
+        }
+        self.note(format!(
+            "`{name}` of {} is out of range and clamped to [0, 1]",
+            of.kind()
+        ));
+        clamped
     }
 
     /// The index of a texture times a factor.
@@ -241,42 +256,52 @@ impl<'a> Importer<'a> {
         let mut offset = [number("uoffset", 0.0)?, number("voffset", 0.0)?];
         if let Some(to_uv) = element.child("to_uv") {
             let matrix = transform(to_uv)?;
-            // A 3×3 matrix holds its translation in the third column.
-            let three = to_uv
-                .children
-                .iter()
-                .any(|m| m.tag == "matrix" && m.numbers("value").is_ok_and(|n| n.len() == 9));
-            let shift: DVec4 = if three { matrix.z_axis } else { matrix.w_axis };
-            offset = [shift.x, shift.y];
-            let columns = [matrix.x_axis.truncate(), matrix.y_axis.truncate()];
-            if let Some(turn_rad) = self.turn(columns.map(DVec3::truncate)) {
-                let (sine, cosine) = turn_rad.sin_cos();
-                scale = [
-                    matrix.x_axis.x * cosine - matrix.x_axis.y * sine,
-                    matrix.y_axis.x * sine + matrix.y_axis.y * cosine,
-                ];
-                description.uv_turn_rad = turn_rad as f32;
-                offset[0] += matrix.y_axis.x;
-                offset[1] += matrix.y_axis.y - scale[1];
-            } else {
-                scale = [matrix.x_axis.x, matrix.y_axis.y];
+            if matrix.z_axis.truncate().truncate() != DVec2::ZERO {
+                self.note("of the third column of a `to_uv` nothing is used, as in Mitsuba");
             }
+            let map = UvMap::of(&matrix);
+            description.uv_turn_rad = map.turn_rad as f32;
+            description.uv_shear = map.shear as f32;
+            scale = map.scale;
+            let [along_v, shift] = [matrix.y_axis, matrix.w_axis];
+            offset = [shift.x + along_v.x, shift.y + along_v.y - scale[1]];
         }
         description.uv_scale = scale.map(|s| s as f32);
         description.uv_offset = [offset[0] as f32, (1.0 - scale[1] - offset[1]) as f32];
         Ok(())
     }
 
-    /// The angle, in coordinates with v upwards, by which the columns of a map of texture coordinates are turned after
-    /// they are scaled; `None` where they are not, or in no such way: then only the scale is kept.
-    fn turn(&mut self, [along_u, along_v]: [DVec2; 2]) -> Option<f64> {
-        let length = along_u.length() * along_v.length();
-        if along_u.y.abs() + along_v.x.abs() <= 1e-9 {
-            return None;
-        }
-        if along_u.dot(along_v).abs() > 1e-6 * length {
-            self.note("the shear of a texture is ignored");
-            return None;
+/// A linear map of texture coordinates, in parts that follow one another.
+struct UvMap {
+    scale: [f64; 2],
+    /// How much of v goes to u.
+    shear: f64,
+    turn_rad: f64,
+}
+
+impl UvMap {
+    /// Of a transform for coordinates with v downwards, the map for those with v upwards.
+    fn of(matrix: &DMat4) -> Self {
+        let mirrored = DVec2::new(1.0, -1.0);
+        let along_u = matrix.x_axis.truncate().truncate() * mirrored;
+        let along_v = matrix.y_axis.truncate().truncate() * -mirrored;
+        let size = along_u.length().max(along_v.length());
+        let cleaned = |number: f64| {
+            if number.abs() <= 1e-9 * size {
+                0.0
+            } else {
+                number
+            }
+        };
+        let (turn_rad, wide) = match cleaned(along_u.y) {
+            0.0 => (0.0, along_u.x),
+            _ => (along_u.y.atan2(along_u.x), along_u.length()),
+        };
+        let turned_back = DVec2::from_angle(-turn_rad).rotate(along_v);
+        Self {
+            scale: [wide, turned_back.y],
+            shear: cleaned(turned_back.x),
+            turn_rad,
         }
         Some((-along_u.y).atan2(along_u.x))
     }

@@ -273,7 +273,8 @@ fn textures_are_turned_by_their_transforms() {
         texture("<scale x='2' y='3'/><rotate z='1' angle='30'/><translate x='0.1' y='0.2'/>");
     assert!(notes.is_empty(), "{notes:?}");
     let at = |t: &crate::scene::TextureDescription, uv: [f32; 2]| {
-        let scaled = glam::Vec2::from(uv) * glam::Vec2::from(t.uv_scale);
+        let scaled = glam::Vec2::from(uv) * glam::Vec2::from(t.uv_scale)
+            + glam::Vec2::new(t.uv_shear * uv[1], 0.0);
         let turn = glam::Vec2::from_angle(t.uv_turn_rad);
         turn.rotate(scaled) + glam::Vec2::from(t.uv_offset)
     };
@@ -291,8 +292,20 @@ fn textures_are_turned_by_their_transforms() {
             "{found} {expected:?}"
         );
     }
-    let (_, notes) = texture("<matrix value='1 0.5 0 0 0 1 0 0 0 0 1 0 0 0 0 1'/>");
-    assert_eq!(notes, ["the shear of a texture is ignored"]);
+    let (sheared, notes) = texture("<matrix value='2 0.5 0 0.1 -1 3 0 0.2 0 0 1 0 0 0 0 1'/>");
+    assert!(notes.is_empty(), "{notes:?}");
+    for [u, v] in [[0.1_f32, 0.1], [0.7, 0.2], [0.3, 0.9]] {
+        let expected = [2.0 * u + 0.5 * v + 0.1, 1.0 - (-u + 3.0 * v + 0.2)];
+        let found = at(&sheared, [u, 1.0 - v]);
+        assert!(
+            found.distance(expected.into()) < 1e-5,
+            "{found} {expected:?}"
+        );
+    }
+    // Mitsuba 3.9.1 moves by the fourth column alone.
+    let (nine, notes) = texture("<matrix value='2 0 0.25 0 3 0.5 0 0 1'/>");
+    assert!(at(&nine, [0.0, 1.0]).distance(glam::Vec2::Y) < 1e-6);
+    assert_eq!(notes.len(), 1);
 }
 
 #[test]
