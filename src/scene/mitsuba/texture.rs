@@ -27,6 +27,9 @@ impl<'a> Importer<'a> {
                 (ColourSource::Texture(index), factor) => {
                     Ok(ColourSource::Texture(self.times(index, factor)))
                 }
+                (ColourSource::Constant(colour), _) => Ok(ColourSource::Constant(
+                    self.in_range(element, value, colour),
+                )),
                 (source, _) => Ok(source),
             },
             None => Ok(ColourSource::Constant([default; 3])),
@@ -270,6 +273,7 @@ impl<'a> Importer<'a> {
         description.uv_offset = [offset[0] as f32, (1.0 - scale[1] - offset[1]) as f32];
         Ok(())
     }
+}
 
 /// A linear map of texture coordinates, in parts that follow one another.
 struct UvMap {
@@ -303,6 +307,5 @@ impl UvMap {
             shear: cleaned(turned_back.x),
             turn_rad,
         }
-        Some((-along_u.y).atan2(along_u.x))
     }
 }

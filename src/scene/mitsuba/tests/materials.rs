@@ -333,3 +333,50 @@ fn bent_normals_are_softened_where_the_file_says_nothing() {
         "{message}"
     );
 }
+
+#[test]
+fn reflectances_out_of_range_are_clamped() {
+    let (material, notes) = material(
+        "3.0.0",
+        "<bsdf type='diffuse'><rgb name='reflectance' value='1.4 0.3 -0.2'/></bsdf>",
+    );
+    let Bsdf::Diffuse { reflectance } = material.bsdf else {
+        panic!("not diffuse");
+    };
+    assert_eq!(reflectance, ColourSource::Constant([1.0, 0.3, 0.0]));
+    assert_eq!(
+        notes,
+        ["`reflectance` of diffuse is out of range and clamped to [0, 1]"]
+    );
+}
+
+#[test]
+fn colours_that_vertices_do_not_have_are_told() {
+    let scene = load(
+        "3.0.0",
+        "<shape type='cube'><bsdf type='diffuse'><texture name='reflectance' type='mesh_attribute'/></bsdf></shape>",
+    );
+    let built = crate::scene::Scene::build(&scene, crate::scene::Needs::ALL).unwrap();
+    let told = "`cube 0` has no colours of vertices, which its material asks for";
+    let notes = built.report.notes;
+    assert!(notes.iter().any(|note| note.contains(told)), "{notes:?}");
+}
+
+#[test]
+fn each_side_may_have_its_material() {
+    let scene = load(
+        "3.0.0",
+        "<shape type='cube'><bsdf type='mask'><float name='opacity' value='0.25'/><bsdf type='twosided'>
+           <bsdf type='diffuse'><rgb name='reflectance' value='0.8'/></bsdf>
+           <bsdf type='diffuse'><rgb name='reflectance' value='0.1'/></bsdf></bsdf></bsdf></shape>",
+    );
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+    let front = &scene.materials[scene.shapes[0].material];
+    let back = &scene.materials[front.back.expect("another behind")];
+    for (side, grey) in [(front, 0.8), (back, 0.1)] {
+        let reflectance = ColourSource::Constant([grey; 3]);
+        assert_eq!(side.bsdf, Bsdf::Diffuse { reflectance });
+        assert_eq!(side.opacity, Some(ColourSource::Constant([0.25; 3])));
+        assert!(side.two_sided);
+    }
+}
