@@ -26,6 +26,7 @@ impl Environment {
                 turbidity,
                 albedo,
                 sun,
+                sun_irradiance,
                 sky,
                 scale,
             } => {
@@ -39,6 +40,7 @@ impl Environment {
                     turbidity: *turbidity,
                     albedo: *albedo,
                     sun: *sun,
+                    sun_irradiance: *sun_irradiance,
                     sky: *sky,
                 })?;
                 let options = EnvironmentOptions {

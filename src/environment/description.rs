@@ -43,10 +43,12 @@ pub enum EnvironmentDescription {
         zenith: DVec3,
         /// 1 (pure air) to 10 (haze).
         turbidity: f32,
-        /// Of the ground, in [0, 1].
-        albedo: f32,
+        /// Of the ground, linear RGB in [0, 1].
+        albedo: [f32; 3],
         /// Whether the solar disc shines.
         sun: bool,
+        /// Of a surface that faces the sun, before the factor; `None` follows from the turbidity.
+        sun_irradiance: Option<[f32; 3]>,
         /// Whether the sky shines.
         sky: bool,
         /// Factor on the model's radiance.

@@ -16,10 +16,12 @@ pub struct SunSky {
     pub sun_direction: DVec3,
     /// 1 (pure air) to 10 (haze).
     pub turbidity: f32,
-    /// Of the ground, in [0, 1].
-    pub albedo: f32,
+    /// Of the ground, linear RGB in [0, 1].
+    pub albedo: [f32; 3],
     /// Whether the solar disc shines.
     pub sun: bool,
+    /// Of a surface that faces the sun, W/(m² nm); `None` follows from the turbidity.
+    pub sun_irradiance: Option<[f32; 3]>,
     /// Whether the sky shines.
     pub sky: bool,
 }
@@ -40,7 +42,7 @@ const CHANNELS: [(f64, f64, f64); 3] = [
 
 /// Renders a 1024×512 latitude–longitude map, in W/(m² sr nm). Below the horizon it is black.
 ///
-/// *differs:* the sun's disc is uniform, and attenuated by Preetham's air, aerosol and ozone at one
+/// *differs:* the sun's disc is uniform, and, where its irradiance is not given, attenuated by Preetham's air, aerosol and ozone at one
 /// wavelength a channel; texels at its rim are partly covered and their sum is exact.
 ///
 /// # Errors
@@ -59,7 +61,7 @@ pub fn sun_sky_image(sky: &SunSky) -> Result<Image, EnvironmentError> {
     let parameters = SkyParams {
         elevation: elevation.clamp(0.0, FRAC_PI_2) as f32,
         turbidity: sky.turbidity,
-        albedo: [sky.albedo; 3],
+        albedo: sky.albedo,
     };
     let state = SkyState::new(&parameters).map_err(|error| EnvironmentError::Sky {
         message: error.to_string(),
@@ -73,7 +75,11 @@ pub fn sun_sky_image(sky: &SunSky) -> Result<Image, EnvironmentError> {
             .for_each(|(y, row)| shade_row(&state, sun, y, row));
     }
     if sky.sun {
-        add_sun(&mut image, sun, f64::from(sky.turbidity));
+        let irradiance = match sky.sun_irradiance {
+            Some(irradiance) => irradiance.map(f64::from),
+            None => sun_irradiance(sun.y, f64::from(sky.turbidity)),
+        };
+        add_sun(&mut image, sun, irradiance);
     }
     Ok(image)
 }
@@ -110,7 +116,7 @@ fn sun_irradiance(cos_zenith: f64, turbidity: f64) -> [f64; 3] {
 }
 
 /// Spreads the disc over the texels it covers, by 32² points a texel.
-fn add_sun(image: &mut Image, sun: DVec3, turbidity: f64) {
+fn add_sun(image: &mut Image, sun: DVec3, irradiance: [f64; 3]) {
     const POINTS: usize = 32;
     let limit = (2.0 * SUN_RADIUS_RAD).max(2.0 * PI / HEIGHT as f64);
     let solid_angle = |y: usize| {
@@ -140,7 +146,6 @@ fn add_sun(image: &mut Image, sun: DVec3, turbidity: f64) {
     if total <= 0.0 {
         return;
     }
-    let irradiance = sun_irradiance(sun.y, turbidity);
     for (i, share) in covered {
         for (value, irradiance) in image.pixels[i].iter_mut().zip(irradiance) {
             *value += (irradiance * share / total) as f32;
@@ -159,7 +164,8 @@ mod tests {
         SunSky {
             sun_direction: DVec3::new(cos * 0.6, sin, cos * 0.8),
             turbidity: 3.0,
-            albedo: 0.2,
+            albedo: [0.2; 3],
+            sun_irradiance: None,
             sun,
             sky,
         }

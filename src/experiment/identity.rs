@@ -194,10 +194,18 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             turbidity,
             albedo,
             sun,
+            sun_irradiance,
             sky,
             scale,
         } => {
+            let albedo = match *albedo {
+                [r, g, b] if [g, b] == [r; 2] => json!(r),
+                colour => json!(colour),
+            };
             let mut sky = json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]);
+            if let (Some(irradiance), Some(parts)) = (sun_irradiance, sky.as_array_mut()) {
+                parts.push(json!(["sun", irradiance]));
+            }
             if let (true, Some(parts)) = (*zenith != DVec3::Y, sky.as_array_mut()) {
                 parts.push(json!(zenith));
             }

@@ -14,8 +14,9 @@ pub fn sky(elevation_deg: f64, turbidity: f32, disc: bool) -> Image {
     let sky = SunSky {
         sun_direction: towards(55.0, elevation_deg),
         turbidity,
-        albedo: 0.22,
+        albedo: [0.22; 3],
         sun: disc,
+        sun_irradiance: None,
         sky: true,
     };
     // Every entry of the gallery has a sun above the horizon and a turbidity in range.

@@ -109,8 +109,9 @@ fn sky(keys: &Keys) -> Result<EnvironmentDescription, SceneError> {
         ),
         zenith: DVec3::Y,
         turbidity: keys.positive("turbidity")?.unwrap_or(3.0) as f32,
-        albedo: keys.non_negative("albedo")?.unwrap_or(0.2) as f32,
+        albedo: [keys.non_negative("albedo")?.unwrap_or(0.2) as f32; 3],
         sun: keys.boolean("sun", true)?,
+        sun_irradiance: None,
         sky: keys.boolean("sky", true)?,
         scale: keys.non_negative("scale")?.unwrap_or(1.0) as f32,
     })

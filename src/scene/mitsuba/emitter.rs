@@ -4,6 +4,7 @@ use glam::{DMat4, DVec3};
 
 use super::Importer;
 use super::element::Element;
+use super::solar::solar_irradiance;
 use super::spectrum::{colour, emitted_colour};
 use super::transform::{transform, vector};
 use crate::environment::{EnvironmentDescription, EnvironmentRows};
@@ -48,13 +49,29 @@ impl<'a> Importer<'a> {
         use EnvironmentDescription::SunSky;
         match (&mut environment, self.scene.environment.take()) {
             (
-                SunSky { sun, sky, .. },
+                SunSky {
+                    sun,
+                    sun_irradiance,
+                    sky,
+                    scale,
+                    ..
+                },
                 Some(SunSky {
                     sun: other_sun,
+                    sun_irradiance: other_irradiance,
                     sky: other_sky,
+                    scale: other_scale,
                     ..
                 }),
             ) => {
+                // The sun is bright whatever the factor of the sky.
+                let own = sun_irradiance.map(|rgb| (rgb, *scale));
+                let other = other_irradiance.map(|rgb| (rgb, other_scale));
+                if other_sky {
+                    *scale = other_scale;
+                }
+                let irradiance = own.or(other);
+                *sun_irradiance = irradiance.map(|(rgb, of)| rgb.map(|value| value * of / *scale));
                 *sun |= other_sun;
                 *sky |= other_sky;
             }
@@ -135,11 +152,6 @@ impl<'a> Importer<'a> {
             kind != "sky" && sun_scale > 0.0,
             kind != "sun" && sky_scale > 0.0,
         );
-        if sun && sky && sun_scale != sky_scale {
-            self.note(format!(
-                "sun_scale {sun_scale} becomes the sky_scale {sky_scale}"
-            ));
-        }
         let albedo = match element.child("albedo") {
             Some(value) => {
                 let [r, g, b] = colour(self.resolved(value)?, true)?;
@@ -147,14 +159,20 @@ impl<'a> Importer<'a> {
             }
             None => 0.2,
         };
+        let turbidity = number("turbidity", 3.0)?;
+        let scale = if sky { sky_scale } else { sun_scale };
+        let elevation_rad = zenith.dot(sun_direction).clamp(0.0, 1.0).asin();
+        let sun_irradiance = solar_irradiance(turbidity, elevation_rad)
+            .map(|irradiance| (irradiance * sun_scale / scale) as f32);
         Ok(EnvironmentDescription::SunSky {
             sun_direction,
             zenith,
-            turbidity: number("turbidity", 3.0)? as f32,
+            turbidity: turbidity as f32,
             albedo,
             sun,
+            sun_irradiance: sun.then_some(sun_irradiance),
             sky,
-            scale: (if sky { sky_scale } else { sun_scale }) as f32,
+            scale: scale as f32,
         })
     }
 }

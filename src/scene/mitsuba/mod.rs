@@ -15,6 +15,7 @@ mod light;
 mod parse;
 mod sensor;
 mod shape;
+mod solar;
 mod spectrum;
 mod texture;
 mod transform;
