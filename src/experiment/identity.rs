@@ -318,10 +318,15 @@ impl Job {
         let technique = crate::registry::technique(&self.technique);
         let version = technique.map_or(0, |entry| entry.about.version);
         let shared = technique.map_or_else(toml::Table::new, |t| self.parameters_by_use(t).1);
+        let mut seen = json!(view);
+        if let (true, Some(parts)) = (view.shift == [0.0; 2], seen.as_object_mut()) {
+            // What few views have is not part of the keys of others.
+            parts.remove("shift");
+        }
         let mut shown = vec![
             json!(FORMAT),
             json!(self.shown),
-            json!(view),
+            seen,
             json!(self.transform),
             json!(self.technique),
             json!(version),

@@ -48,11 +48,12 @@ impl Clip {
             return false;
         }
         let [x, y] = view.half_tangents(view.width, view.height);
+        let [right, up] = view.shift;
         let sides = [
-            DVec3::new(1.0, 0.0, x),
-            DVec3::new(-1.0, 0.0, x),
-            DVec3::new(0.0, 1.0, y),
-            DVec3::new(0.0, -1.0, y),
+            DVec3::new(1.0, 0.0, x - right),
+            DVec3::new(-1.0, 0.0, x + right),
+            DVec3::new(0.0, 1.0, y - up),
+            DVec3::new(0.0, -1.0, y + up),
         ];
         let mut polygon = seen.to_vec();
         for side in sides {

@@ -30,12 +30,15 @@ pub struct View {
     pub right: DVec3,
     /// World direction of decreasing row.
     pub up: DVec3,
-    /// World direction into the middle of the image.
+    /// World direction of the optical axis, into the middle of the image where there is no `shift`.
     pub forward: DVec3,
     /// Full angle of view along `fov_axis`.
     pub fov_deg: f64,
     /// Which side of the image the angle belongs to.
     pub fov_axis: FovAxis,
+    /// Where the middle of the film looks beside `forward`, for films that are cut out of larger ones: to the right and up,
+    /// as tangents.
+    pub shift: [f64; 2],
     /// Default resolution, and the aspect of the published image.
     pub width: usize,
     /// Rows; see `width`.
@@ -60,6 +63,7 @@ impl View {
             forward,
             fov_deg: fov_x_deg,
             fov_axis: FovAxis::X,
+            shift: [0.0; 2],
             width: size[0],
             height: size[1],
         }
@@ -79,6 +83,29 @@ impl View {
         [tangent * w / spanned, tangent * h / spanned]
     }
 
+    /// The camera of a part of its film: `size` pixels from `offset`, which counts from the top left corner. `None` where
+    /// that is empty or not all on the film.
+    pub fn cropped(mut self, offset: [usize; 2], size: [usize; 2]) -> Option<Self> {
+        let whole = [self.width, self.height];
+        let on_film = |i: usize| size[i] > 0 && offset[i].checked_add(size[i]) <= Some(whole[i]);
+        if !on_film(0) || !on_film(1) {
+            return None;
+        }
+        if size == whole {
+            return Some(self);
+        }
+        let half = self.half_tangents(whole[0], whole[1]);
+        // The middle of the part, from −1 to 1 over the whole film.
+        let middle = |i: usize| (2 * offset[i] + size[i]) as f64 / whole[i] as f64 - 1.0;
+        self.shift[0] += half[0] * middle(0);
+        self.shift[1] -= half[1] * middle(1);
+        let tangent = half[0] * size[0] as f64 / whole[0] as f64;
+        self.fov_deg = 2.0 * tangent.atan().to_degrees();
+        self.fov_axis = FovAxis::X;
+        [self.width, self.height] = size;
+        Some(self)
+    }
+
     /// Film position in pixels of a point (scene units, in the frame of `origin`), as [`View::direction`] counts;
     /// `None` behind the camera and outside the film.
     pub fn project(&self, point: DVec3, size: [usize; 2]) -> Option<[f64; 2]> {
@@ -86,8 +113,9 @@ impl View {
         let away = point - self.origin;
         let depth = away.dot(self.forward);
         let [width, height] = size.map(|side| side as f64);
-        let x = 0.5 * width * (1.0 + away.dot(self.right) / (depth * tx));
-        let y = 0.5 * height * (1.0 - away.dot(self.up) / (depth * ty));
+        let [right, up] = self.shift;
+        let x = 0.5 * width * (1.0 + (away.dot(self.right) / depth - right) / tx);
+        let y = 0.5 * height * (1.0 - (away.dot(self.up) / depth - up) / ty);
         // False for what is not a number as well.
         let inside = depth > 0.0 && (0.0..width).contains(&x) && (0.0..height).contains(&y);
         inside.then_some([x, y])
@@ -101,10 +129,39 @@ impl View {
 
     /// The same on a film whose [`View::half_tangents`] are known.
     pub fn direction_within(&self, [tx, ty]: [f64; 2], [x, y]: [f64; 2], size: [usize; 2]) -> Vec3 {
-        let sx = (2.0 * x / size[0] as f64 - 1.0) * tx;
-        let sy = (1.0 - 2.0 * y / size[1] as f64) * ty;
+        let sx = (2.0 * x / size[0] as f64 - 1.0) * tx + self.shift[0];
+        let sy = (1.0 - 2.0 * y / size[1] as f64) * ty + self.shift[1];
         (self.right * sx + self.up * sy + self.forward)
             .normalize()
             .as_vec3()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_a_film_looks_where_it_did() {
+        let size = [64, 48];
+        let whole = View::look_at("v", [DVec3::ZERO, DVec3::NEG_Z, DVec3::Y], 70.0, size);
+        let part = whole.clone().cropped([16, 30], [40, 10]).expect("fits");
+        assert_eq!([part.width, part.height], [40, 10]);
+        for [x, y] in [[0.0, 0.0], [13.25, 7.5], [40.0, 10.0]] {
+            let direction = part.direction(x, y, [40, 10]);
+            let expected = whole.direction(x + 16.0, y + 30.0, size);
+            assert!(
+                direction.distance(expected) < 1e-6,
+                "{direction} {expected}"
+            );
+            if x == 13.25 {
+                let [px, py] = part
+                    .project(direction.as_dvec3() * 3.0, [40, 10])
+                    .expect("seen");
+                assert!((px - x).abs() < 1e-4 && (py - y).abs() < 1e-4, "{px} {py}");
+            }
+        }
+        assert!(whole.clone().cropped([30, 0], [35, 10]).is_none());
+        assert!(whole.cropped([0, 0], [0, 10]).is_none());
     }
 }

@@ -63,6 +63,7 @@ impl Importer<'_> {
             forward,
             fov_deg,
             fov_axis: FovAxis::Y,
+            shift: [0.0; 2],
             width,
             height,
         });

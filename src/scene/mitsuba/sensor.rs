@@ -14,6 +14,14 @@ const DEFAULT_SIZE: [usize; 2] = [768, 576];
 const NEAR: f64 = 0.01;
 const FAR: f64 = 10_000.0;
 
+/// The film of a sensor, pixels.
+struct Film<'a> {
+    element: Option<&'a Element>,
+    size: [usize; 2],
+    /// Offset and size of the part that is rendered.
+    crop: [[usize; 2]; 2],
+}
+
 impl<'a> Importer<'a> {
     pub(super) fn sensor(&mut self, element: &'a Element) -> Result<(), SceneError> {
         element.used.set(true);
@@ -34,7 +42,8 @@ impl<'a> Importer<'a> {
             Some(t) => transform(t)?,
             None => glam::DMat4::IDENTITY,
         };
-        let [width, height] = self.film(element)?;
+        let film = self.film(element)?;
+        let [width, height] = film.size;
         let (fov_deg, fov_axis) = self.field_of_view(element)?;
         let axis = |column: usize| to_world.col(column).truncate();
         let forward = axis(2).normalize_or_zero();
@@ -56,7 +65,7 @@ impl<'a> Importer<'a> {
             near: element.float("near_clip")?.unwrap_or(NEAR),
             far: element.float("far_clip")?.unwrap_or(FAR),
         });
-        self.scene.views.push(View {
+        let mut view = View {
             name,
             origin: axis(3),
             right,
@@ -64,9 +73,28 @@ impl<'a> Importer<'a> {
             forward,
             fov_deg,
             fov_axis,
+            shift: [0.0; 2],
             width,
             height,
-        });
+        };
+        let [half_width, half_height] = view.half_tangents(width, height);
+        let principal = |side: &str| {
+            let offset = element.float(&format!("principal_point_offset_{side}"))?;
+            Ok(offset.unwrap_or(0.0))
+        };
+        // Shares of the film, to the right and downwards.
+        view.shift = [
+            2.0 * half_width * principal("x")?,
+            -2.0 * half_height * principal("y")?,
+        ];
+        let [offset, size] = film.crop;
+        let view = view.cropped(offset, size).ok_or_else(|| {
+            let place = film.element.unwrap_or(element);
+            place.error(format!(
+                "the crop window is not on the film of {width}x{height} pixels"
+            ))
+        })?;
+        self.scene.views.push(view);
         Ok(())
     }
 
@@ -94,22 +122,31 @@ impl<'a> Importer<'a> {
         Ok((fov_deg, axis))
     }
 
-    fn film(&mut self, element: &'a Element) -> Result<[usize; 2], SceneError> {
+    fn film(&mut self, element: &'a Element) -> Result<Film<'a>, SceneError> {
         let Some(film) = self.nested(element, "film")?.first().copied() else {
-            return Ok(DEFAULT_SIZE);
+            return Ok(Film {
+                element: None,
+                size: DEFAULT_SIZE,
+                crop: [[0; 2], DEFAULT_SIZE],
+            });
         };
-        let mut size = DEFAULT_SIZE;
-        for (value, name) in size.iter_mut().zip(["width", "height"]) {
-            if let Some(pixels) = film.float(name)? {
-                if !(1.0..=65536.0).contains(&pixels) {
-                    return Err(film.error(format!("a film {name} of {pixels} pixels cannot be")));
-                }
-                *value = pixels as usize;
-            }
-        }
-        if film.children.iter().any(|c| c.name().starts_with("crop_")) {
-            self.note("the crop window of the film is ignored");
-        }
+        let pixels = |name: &str, least: f64, default: usize| match film.float(name)? {
+            None => Ok(default),
+            Some(pixels) if (least..=65536.0).contains(&pixels) => Ok(pixels as usize),
+            Some(pixels) => Err(film.error(format!("a film {name} of {pixels} pixels cannot be"))),
+        };
+        let [width, height] = DEFAULT_SIZE;
+        let size = [pixels("width", 1.0, width)?, pixels("height", 1.0, height)?];
+        let crop = [
+            [
+                pixels("crop_offset_x", 0.0, 0)?,
+                pixels("crop_offset_y", 0.0, 0)?,
+            ],
+            [
+                pixels("crop_width", 1.0, size[0])?,
+                pixels("crop_height", 1.0, size[1])?,
+            ],
+        ];
         let filter = film.tagged("rfilter").next().map(Element::kind);
         match filter {
             Some("box") => {}
@@ -117,7 +154,11 @@ impl<'a> Importer<'a> {
             None => self.note("the default reconstruction filter `gaussian` becomes a box"),
         }
         film.mark_all();
-        Ok(size)
+        Ok(Film {
+            element: Some(film),
+            size,
+            crop,
+        })
     }
 }
 

@@ -130,7 +130,37 @@ fn integrators_and_filters_that_differ_are_noted() {
     assert!(film("<rfilter type='box'/>").is_empty());
     assert_eq!(film("<rfilter type='tent'/>").len(), 1);
     assert_eq!(film("").len(), 1);
-    assert_eq!(film("<rfilter type='box'/><integer name='crop_width' value='3'/><integer name='cropHeight' value='3'/>").len(), 1);
+}
+
+#[test]
+fn parts_of_films_are_parts_of_pictures() {
+    let film = |film: &str| camera(&format!("<float name='fov' value='40'/>{film}"));
+    let crop = "<integer name='width' value='40'/><integer name='height' value='30'/><integer name='crop_offset_x' value='20'/><integer name='crop_width' value='20'/><integer name='cropHeight' value='10'/>";
+    let whole = film(
+        "<film type='hdrfilm'><integer name='width' value='40'/><integer name='height' value='30'/></film>",
+    );
+    let part = film(&format!("<film type='hdrfilm'>{crop}</film>"));
+    let expected = whole.direction(25.0, 8.0, [40, 30]);
+    assert_eq!([part.width, part.height], [20, 10]);
+    assert!(part.direction(5.0, 8.0, [20, 10]).distance(expected) < 1e-6);
+    let moved = film(
+        "<float name='principal_point_offset_x' value='0.25'/><float name='principal_point_offset_y' value='-0.5'/>",
+    );
+    let [wide, high] = [moved.width as f64, moved.height as f64];
+    let expected = camera("<float name='fov' value='40'/>").direction(
+        0.75 * wide,
+        0.0,
+        [moved.width, moved.height],
+    );
+    let middle = moved.direction(0.5 * wide, 0.5 * high, [moved.width, moved.height]);
+    assert!(middle.distance(expected) < 1e-6);
+    let message = error(
+        "<sensor type='perspective'><float name='fov' value='40'/><film type='hdrfilm'><integer name='crop_offset_x' value='1'/></film></sensor>",
+    );
+    assert!(
+        message.contains("the crop window is not on the film of 768x576"),
+        "{message}"
+    );
 }
 
 #[test]
