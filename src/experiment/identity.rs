@@ -127,6 +127,7 @@ fn material(material: &Material) -> Value {
         name: _,
         bsdf,
         two_sided,
+        back,
         opacity,
         bump,
         normals,
@@ -134,6 +135,7 @@ fn material(material: &Material) -> Value {
     } = material;
     let mut parts = vec![json!(bsdf), json!(two_sided), json!(opacity), json!(bump)];
     parts.extend(normals.map(|normals| json!(normals)));
+    parts.extend(back.map(|back| json!(["back", back])));
     if *soft_terminators {
         parts.push(json!("soft terminators"));
     }

@@ -160,10 +160,8 @@ fn used_textures(description: &SceneDescription, shapes: &[Shape]) -> Vec<usize>
         .filter(|s| s.triangle_count > 0)
         .map(|s| s.material)
         .collect();
-    let used = materials
-        .into_iter()
-        .filter_map(|i| description.materials.get(i as usize));
-    let textures: BTreeSet<usize> = used.flat_map(Material::textures).collect();
+    let used = materials.into_iter().map(|i| i as usize);
+    let textures: BTreeSet<usize> = used.flat_map(|i| description.textures_of(i)).collect();
     textures
         .into_iter()
         .filter(|&i| i < description.textures.len())

@@ -37,6 +37,16 @@ impl SceneDescription {
         })
     }
 
+    /// Indices of the textures of a material, both sides of it.
+    pub(super) fn textures_of(&self, material: usize) -> Vec<usize> {
+        let Some(front) = self.materials.get(material) else {
+            return Vec::new();
+        };
+        let back = front.back.and_then(|back| self.materials.get(back));
+        let sides = [Some(front), back].into_iter().flatten();
+        sides.flat_map(super::Material::textures).collect()
+    }
+
     fn absent_files(&self, needs: Needs) -> Vec<Absent> {
         let mut absent = Vec::new();
         if let Some(EnvironmentDescription::Map { path, .. }) = &self.environment
@@ -67,11 +77,8 @@ impl SceneDescription {
                 }),
         );
         if needs.textures {
-            let used = self
-                .shapes
-                .iter()
-                .filter_map(|s| self.materials.get(s.material));
-            let mut used: Vec<usize> = used.flat_map(super::Material::textures).collect();
+            let used = self.shapes.iter().map(|shape| shape.material);
+            let mut used: Vec<usize> = used.flat_map(|i| self.textures_of(i)).collect();
             used.sort_unstable();
             used.dedup();
             let paths = used

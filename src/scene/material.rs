@@ -20,6 +20,8 @@ pub struct Material {
     pub bsdf: Bsdf,
     /// Reflects alike on both sides; a one-sided opaque material is black from behind.
     pub two_sided: bool,
+    /// Index of the material that is seen from behind, if that is another one.
+    pub back: Option<usize>,
     /// Probability that a ray meets the surface (Mitsuba's `mask`); `None` is opaque.
     pub opacity: Option<ColourSource>,
     /// Bump map: texture index and displacement scale in scene units per texture value.
@@ -103,6 +105,7 @@ impl Material {
                 reflectance: ColourSource::Constant(reflectance),
             },
             two_sided: true,
+            back: None,
             opacity: None,
             bump: None,
             normals: None,

@@ -93,7 +93,10 @@ impl<'a> Surfaces<'a> {
         let uv = (0..3).fold(Vec2::ZERO, |sum, i| sum + weights[i] * corner_uvs[i]);
         let shape = scene.triangle_shape.get(hit.triangle as usize).copied();
         let shape = shape.unwrap_or(0);
-        let index = scene.shapes.get(shape as usize).map_or(0, |s| s.material) as usize;
+        let front = scene.shapes.get(shape as usize).map_or(0, |s| s.material) as usize;
+        let behind = direction.dot(shading_normal) > 0.0;
+        let back = scene.materials.get(front).and_then(|m| m.back);
+        let index = back.filter(|_| behind).unwrap_or(front);
         let material = scene.materials.get(index);
         let mut normal = shading_normal;
         let texture = |index: usize| scene.textures.get(index);

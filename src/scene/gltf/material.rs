@@ -52,6 +52,7 @@ impl Importer<'_> {
         let material = Material {
             name: name.unwrap_or("default".into()),
             bsdf: self.bsdf(&surface)?,
+            back: None,
             two_sided: declared.double_sided,
             opacity: self.opacity(&surface)?,
             bump: None,

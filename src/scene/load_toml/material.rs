@@ -73,6 +73,7 @@ impl Loader {
                 name: name.to_owned(),
                 bsdf,
                 two_sided,
+                back: None,
                 opacity,
                 bump: None,
                 normals: None,

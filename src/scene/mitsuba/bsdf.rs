@@ -47,11 +47,7 @@ impl<'a> Importer<'a> {
             return Err(element.error("materials refer to each other in a circle"));
         }
         let bsdf = match element.kind() {
-            "twosided" => {
-                let mut inner = self.inner(element, depth)?;
-                inner.two_sided = true;
-                return Ok(inner);
-            }
+            "twosided" => return self.two_sided(element, depth),
             "mask" => return self.mask(element, depth),
             "bumpmap" => return self.bump_map(element, depth),
             "normalmap" => return self.normal_map(element, depth),
@@ -106,6 +102,33 @@ impl<'a> Importer<'a> {
             }
         };
         Ok(one_sided(bsdf))
+    }
+
+    /// A material for both sides, or one for each.
+    fn two_sided(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let nested = self.nested(element, "bsdf")?;
+        let [first, second] = nested[..] else {
+            let mut both = self.inner(element, depth)?;
+            both.two_sided = true;
+            return Ok(both);
+        };
+        let mut front = self.bsdf(first, depth + 1)?;
+        let mut back = self.bsdf(second, depth + 1)?;
+        back.name = format!("{} {}", second.kind(), self.scene.materials.len());
+        front.two_sided = true;
+        back.two_sided = true;
+        self.scene.materials.push(back);
+        front.back = Some(self.scene.materials.len() - 1);
+        Ok(front)
+    }
+
+    /// Gives both sides of a material what surrounds it.
+    fn around(&mut self, mut front: Material, wrap: impl Fn(&mut Material)) -> Material {
+        wrap(&mut front);
+        if let Some(back) = front.back {
+            wrap(&mut self.scene.materials[back]);
+        }
+        front
     }
 
     /// The first material inside a wrapper.
@@ -166,9 +189,8 @@ impl<'a> Importer<'a> {
 
     fn mask(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
         let opacity = self.colour_source(element, &["opacity"], 0.5)?;
-        let mut inner = self.inner(element, depth)?;
-        inner.opacity = Some(opacity);
-        Ok(inner)
+        let inner = self.inner(element, depth)?;
+        Ok(self.around(inner, |side| side.opacity = Some(opacity)))
     }
 
     fn bump_map(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
@@ -177,24 +199,28 @@ impl<'a> Importer<'a> {
             .children
             .iter()
             .find(|c| c.tag == "texture" || self.resolved(c).is_ok_and(|r| r.tag == "texture"));
-        let mut inner = self.inner(element, depth)?;
-        match texture {
+        let inner = self.inner(element, depth)?;
+        let bump = match texture {
             Some(texture) => match self.scaled_source(texture)? {
                 (ColourSource::Texture(index), [grey, g, b]) if [g, b] == [grey; 2] => {
-                    inner.bump = Some((index, scale * grey));
+                    Some((index, scale * grey))
                 }
-                (ColourSource::Texture(index), factor) => {
-                    inner.bump = Some((self.times(index, factor), scale));
+                (ColourSource::Texture(index), factor) => Some((self.times(index, factor), scale)),
+                (ColourSource::Constant(_), _) => {
+                    self.note("a constant bump map is dropped");
+                    None
                 }
-                (ColourSource::Constant(_), _) => self.note("a constant bump map is dropped"),
                 (ColourSource::Vertices, _) => {
                     return Err(texture.error("colours of vertices are no bump map"));
                 }
             },
             None => return Err(element.error("`bumpmap` needs a texture inside")),
-        }
-        self.bent(element, &mut inner)?;
-        Ok(inner)
+        };
+        let soft = self.is_softened(element)?;
+        Ok(self.around(inner, |side| {
+            side.bump = bump.or(side.bump);
+            side.soft_terminators = soft;
+        }))
     }
 
     fn normal_map(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
@@ -202,27 +228,28 @@ impl<'a> Importer<'a> {
             .children
             .iter()
             .find(|c| self.resolved(c).is_ok_and(|r| r.tag == "texture"));
-        let mut inner = self.inner(element, depth)?;
+        let inner = self.inner(element, depth)?;
         let Some(texture) = texture else {
             return Err(element.error("`normalmap` needs a texture inside"));
         };
         match self.scaled_source(texture)? {
             (ColourSource::Texture(index), [1.0, 1.0, 1.0]) => {
-                inner.normals = Some(index);
-                self.bent(element, &mut inner)?;
+                let soft = self.is_softened(element)?;
+                Ok(self.around(inner, |side| {
+                    side.normals = Some(index);
+                    side.soft_terminators = soft;
+                }))
             }
-            _ => return Err(texture.error("normals come from a bitmap, without a scale around it")),
+            _ => Err(texture.error("normals come from a bitmap, without a scale around it")),
         }
-        Ok(inner)
     }
 
-    /// What is made of bent normals.
-    fn bent(&mut self, element: &Element, material: &mut Material) -> Result<(), SceneError> {
-        material.soft_terminators = element.boolean("use_shadowing_function", true)?;
+    /// Whether the shadows of bent normals are softened.
+    fn is_softened(&mut self, element: &Element) -> Result<bool, SceneError> {
         if !element.boolean("flip_invalid_normals", true)? {
             self.note("bent normals that face away from the viewer are turned round, as with `flip_invalid_normals` on");
         }
-        Ok(())
+        element.boolean("use_shadowing_function", true)
     }
 
     fn diffuse(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
@@ -425,6 +452,7 @@ fn one_sided(bsdf: Bsdf) -> Material {
         name: String::new(),
         bsdf,
         two_sided: false,
+        back: None,
         opacity: None,
         bump: None,
         normals: None,
