@@ -205,6 +205,19 @@ impl<'a> Keys<'a> {
             .ok_or_else(|| self.wrong(key, v, "[r, g, b] or one number, none below 0"))
     }
 
+    /// What share of light is kept, a channel each.
+    pub fn share(&self, key: &'static str) -> Result<Option<[f32; 3]>, SceneError> {
+        self.get(key).map(|v| self.share_of(key, v)).transpose()
+    }
+
+    pub fn share_of(&self, key: &str, v: &Spanned<DeValue>) -> Result<[f32; 3], SceneError> {
+        let colour = self.colour_of(key, v)?;
+        match colour.iter().all(|share| *share <= 1.0) {
+            true => Ok(colour),
+            false => Err(self.wrong(key, v, "[r, g, b] or one number, each from 0 to 1")),
+        }
+    }
+
     /// One of the words of a table, else the default (first) one.
     pub fn word<T: Copy>(&self, key: &'static str, words: &[(&str, T)]) -> Result<T, SceneError> {
         let Some(word) = self.string(key)? else {

@@ -119,7 +119,7 @@ impl Loader {
     fn plastic(&self, keys: &Keys) -> Result<Bsdf, SceneError> {
         Ok(Bsdf::Plastic {
             diffuse: self.colour_source(keys, "diffuse", 0.5)?,
-            specular: keys.colour("specular")?.unwrap_or([1.0; 3]),
+            specular: keys.share("specular")?.unwrap_or([1.0; 3]),
             ior: keys.positive("ior")?.unwrap_or(1.5) as f32,
             alpha: keys.non_negative("alpha")?.unwrap_or(0.1) as f32,
             distribution: distribution(keys)?,
@@ -158,7 +158,7 @@ impl Loader {
         value: &Spanned<DeValue>,
     ) -> Result<ColourSource, SceneError> {
         if !value.get_ref().is_table() {
-            return keys.colour_of(key, value).map(ColourSource::Constant);
+            return keys.share_of(key, value).map(ColourSource::Constant);
         }
         let inner = Keys::of(keys.source, value, format!("`{key}` of {}", keys.what))?;
         let name = inner.required("texture", inner.string("texture")?)?;
@@ -217,7 +217,7 @@ fn dielectric(keys: &Keys) -> Result<Bsdf, SceneError> {
     Ok(Bsdf::Dielectric {
         ior: keys.positive("ior")?.unwrap_or(1.5) as f32,
         thin: keys.boolean("thin", false)?,
-        reflectance: keys.colour("reflectance")?.unwrap_or([1.0; 3]),
-        transmittance: keys.colour("transmittance")?.unwrap_or([1.0; 3]),
+        reflectance: keys.share("reflectance")?.unwrap_or([1.0; 3]),
+        transmittance: keys.share("transmittance")?.unwrap_or([1.0; 3]),
     })
 }

@@ -217,6 +217,16 @@ fn errors_say_where_what_and_what_instead() {
             "expected [r, g, b] or one number, none below 0, found \"red\"",
         ),
         (
+            format!("{VIEW}[material.m]\nkind = \"diffuse\"\nreflectance = 1.5\n{SHAPE}"),
+            "7:15",
+            "each from 0 to 1, found 1.5",
+        ),
+        (
+            format!("{VIEW}[material.m]\nkind = \"plastic\"\nspecular = [1, 1, 2]\n{SHAPE}"),
+            "7:12",
+            "each from 0 to 1",
+        ),
+        (
             format!("max_depth = 1.5\n{VIEW}{SHAPE}"),
             "1:13",
             "a whole number from 0",
