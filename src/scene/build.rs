@@ -215,6 +215,14 @@ impl Scene {
             let first_triangle = self.triangles.len() as u32;
             let declared = &description.shapes[index];
             if let Some(world) = shape {
+                let material = description.materials.get(declared.material);
+                let asks = material.is_some_and(Material::has_vertex_colours);
+                if with_colours && asks && world.mesh.colours.is_empty() {
+                    let name = &declared.name;
+                    self.report.notes.push(format!(
+                        "`{name}` has no colours of vertices, which its material asks for: grey 0.5 instead"
+                    ));
+                }
                 self.append(
                     world,
                     [with_normals, any_uvs && needs.materials, with_colours],

@@ -80,10 +80,20 @@ impl Scene {
                 }
             };
             let range = self.shapes[index].triangles();
-            let means: Vec<[f32; 3]> = range
+            let mut means: Vec<[f32; 3]> = range
                 .clone()
                 .map(|triangle| self.mean_of(texture, triangle))
                 .collect();
+            let name = &declared.name;
+            let negative = means.as_flattened().iter().filter(|mean| **mean < 0.0);
+            if negative.count() > 0 {
+                let channels = means.as_flattened_mut().iter_mut();
+                channels.for_each(|mean| *mean = mean.max(0.0));
+                let note =
+                    format!("`{name}` shines by a texture with values below 0, which count as 0");
+                self.report.notes.push(note);
+            }
+            self.report.notes.extend(texture.notes().iter().cloned());
             let (mut sum, mut area) = ([0.0; 3], 0.0);
             for (triangle, mean) in range.zip(&means) {
                 let own = self.area_of(triangle);
@@ -99,8 +109,7 @@ impl Scene {
                 .map(|of| [0, 1, 2].map(|c| ratio(of[c], mean[c])))
                 .collect();
             self.report.notes.push(format!(
-                "`{}` shines by its texture, as {} triangles of one colour each",
-                declared.name,
+                "`{name}` shines by its texture, as {} triangles of one colour each",
                 means.len()
             ));
         }
@@ -160,6 +169,32 @@ mod tests {
             })
             .sum();
         assert!((doubled - 8.0).abs() < 1e-9, "{doubled}");
+    }
+
+    #[test]
+    fn nothing_shines_less_than_not_at_all() {
+        let description = SceneDescription {
+            shapes: vec![ShapeDescription {
+                emission: Some([1.0; 3]),
+                emission_texture: Some(0),
+                ..ShapeDescription::new("lamp", ShapeSource::Rectangle)
+            }],
+            materials: vec![super::super::Material::diffuse("default", [0.5; 3])],
+            textures: vec![TextureDescription {
+                source: TextureSource::Checkerboard([[1.0; 3], [-1.0; 3]]),
+                nearest: true,
+                ..TextureDescription::file("".into())
+            }],
+            ..SceneDescription::default()
+        };
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let mean = scene.shapes[0].emission.expect("shines");
+        assert!((mean[0] - 0.5).abs() < 0.02, "{mean:?}");
+        let notes = &scene.report.notes;
+        assert!(
+            notes.iter().any(|note| note.contains("below 0")),
+            "{notes:?}"
+        );
     }
 
     #[test]

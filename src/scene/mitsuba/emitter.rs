@@ -24,7 +24,7 @@ impl<'a> Importer<'a> {
             },
             "envmap" => EnvironmentDescription::Map {
                 path: self.path(element)?,
-                scale: element.float("scale")?.unwrap_or(1.0) as f32,
+                scale: map_scale(element)?,
                 to_world,
                 rows: EnvironmentRows::PoleCentred,
             },
@@ -98,7 +98,7 @@ impl<'a> Importer<'a> {
         name: &str,
     ) -> Result<[f32; 3], SceneError> {
         match element.child(name) {
-            Some(value) => emitted_colour(self.resolved(value)?),
+            Some(value) => shining(self.resolved(value)?, name),
             None => Ok([1.0; 3]),
         }
     }
@@ -153,11 +153,9 @@ impl<'a> Importer<'a> {
             kind != "sun" && sky_scale > 0.0,
         );
         let albedo = match element.child("albedo") {
-            Some(value) => {
-                let [r, g, b] = colour(self.resolved(value)?, true)?;
-                (r + g + b) / 3.0
-            }
-            None => 0.2,
+            Some(value) => colour(self.resolved(value)?, true)?,
+            None if self.version.0 == 0 => [0.15; 3],
+            None => [0.3; 3],
         };
         let turbidity = number("turbidity", 3.0)?;
         let scale = if sky { sky_scale } else { sun_scale };
@@ -174,5 +172,25 @@ impl<'a> Importer<'a> {
             sky,
             scale: scale as f32,
         })
+    }
+}
+
+/// What a light emits, none below 0.
+pub(super) fn shining(value: &Element, name: &str) -> Result<[f32; 3], SceneError> {
+    let rgb = emitted_colour(value)?;
+    match rgb.iter().all(|c| c.is_finite() && *c >= 0.0) {
+        true => Ok(rgb),
+        false => Err(value.error(format!(
+            "the {name} of a light must be finite and not below 0"
+        ))),
+    }
+}
+
+/// The factor of an environment map, not below 0.
+fn map_scale(element: &Element) -> Result<f32, SceneError> {
+    let scale = element.float("scale")?.unwrap_or(1.0) as f32;
+    match scale.is_finite() && scale >= 0.0 {
+        true => Ok(scale),
+        false => Err(element.error(format!("the scale of a map is {scale}: below 0"))),
     }
 }

@@ -18,11 +18,11 @@ impl<'a> Importer<'a> {
         let kind = match element.kind() {
             "directional" => LightKind::Directional {
                 direction: unit(element, own(element, "direction")?.unwrap_or(forward))?,
-                irradiance: self.strength(element, "irradiance")?,
+                irradiance: self.emitted(element, "irradiance")?,
             },
             "point" => LightKind::Point {
                 position: own(element, "position")?.unwrap_or(place),
-                intensity: self.strength(element, "intensity")?,
+                intensity: self.emitted(element, "intensity")?,
             },
             _ => {
                 if !keeps_angles(&to_world) {
@@ -34,7 +34,7 @@ impl<'a> Importer<'a> {
                 LightKind::Spot {
                     position: place,
                     direction: unit(element, forward)?,
-                    intensity: self.strength(element, "intensity")?,
+                    intensity: self.emitted(element, "intensity")?,
                     beam_width_deg,
                     cutoff_deg,
                 }
@@ -45,18 +45,6 @@ impl<'a> Importer<'a> {
             name: name.to_owned(),
             kind,
         })
-    }
-
-    /// Irradiance or intensity, none below 0.
-    fn strength(&mut self, element: &'a Element, name: &str) -> Result<[f32; 3], SceneError> {
-        let rgb = self.emitted(element, name)?;
-        if rgb.iter().all(|c| c.is_finite() && *c >= 0.0) {
-            return Ok(rgb);
-        }
-        let place = element.child(name).unwrap_or(element);
-        Err(place.error(format!(
-            "the {name} of a light must be finite and not below 0"
-        )))
     }
 }
 

@@ -4,7 +4,7 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::Importer;
 use super::element::Element;
-use super::spectrum::emitted_colour;
+use super::emitter::shining;
 use super::transform::{transform, vector};
 use crate::scene::{ColourSource, Material, SceneError, ShapeDescription, ShapeSource};
 
@@ -202,7 +202,7 @@ impl<'a> Importer<'a> {
                 }
             };
         }
-        Ok((Some(emitted_colour(radiance)?), None))
+        Ok((Some(shining(radiance, "radiance")?), None))
     }
 }
 

@@ -75,3 +75,38 @@ fn lamps_shine_by_spectra_that_are_plugins() {
     );
     assert_eq!(scene.shapes[0].emission, Some([3.0; 3]));
 }
+
+#[test]
+fn no_light_takes_light_away() {
+    for (xml, expected) in [
+        (
+            "<shape type='cube'><emitter type='area'><rgb name='radiance' value='1 -1 1'/></emitter></shape>",
+            "the radiance of a light must be finite and not below 0",
+        ),
+        (
+            "<emitter type='constant'><rgb name='radiance' value='-1'/></emitter>",
+            "the radiance of a light must be finite and not below 0",
+        ),
+        (
+            "<emitter type='envmap'><string name='filename' value='a.exr'/><float name='scale' value='-2'/></emitter>",
+            "the scale of a map is -2: below 0",
+        ),
+    ] {
+        let message = error(&format!("{SENSOR}\n{xml}"));
+        assert!(message.starts_with("dir/s.xml:2:"), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn an_area_light_may_stand_by_itself() {
+    let lamp = "<emitter type='area' id='e'><rgb name='radiance' value='2'/></emitter>";
+    let used = load(
+        "3.0.0",
+        &format!("{lamp}<shape type='cube'><ref id='e'/></shape>"),
+    );
+    assert!(used.notes.is_empty(), "{:?}", used.notes);
+    assert_eq!(used.shapes[0].emission, Some([2.0; 3]));
+    let notes = load("3.0.0", &format!("{lamp}<shape type='cube'/>")).notes;
+    assert_eq!(notes, ["emitter `area` that nothing refers to is left out"]);
+}
