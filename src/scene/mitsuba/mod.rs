@@ -83,6 +83,7 @@ struct Importer<'a> {
     textures: HashMap<*const Element, usize>,
     /// The material of lamps without one, once there is such a lamp.
     black: Option<usize>,
+    has_integrator: bool,
     /// Textures that are being read, each inside the one before.
     open_textures: usize,
 }
@@ -110,6 +111,7 @@ impl<'a> Importer<'a> {
             materials: HashMap::new(),
             textures: HashMap::new(),
             black: None,
+            has_integrator: false,
             open_textures: 0,
         })
     }
@@ -123,6 +125,8 @@ impl<'a> Importer<'a> {
         }
         for element in &root.children {
             match element.tag.as_str() {
+                // Shines from the shapes that refer to it.
+                "emitter" | "luminaire" if element.kind() == "area" => {}
                 "integrator" => self.integrator(element)?,
                 "sensor" | "camera" => self.sensor(element)?,
                 "shape" => self.shape(element, glam::DMat4::IDENTITY)?,
@@ -138,27 +142,38 @@ impl<'a> Importer<'a> {
     }
 
     fn integrator(&mut self, element: &Element) -> Result<(), SceneError> {
-        let found = find_integer(element, "max_depth")?;
-        let direct = element.kind() == "direct";
-        if element.boolean("hide_emitters", false)? {
+        if std::mem::replace(&mut self.has_integrator, true) {
+            return Err(element.error("a scene has one integrator"));
+        }
+        element.mark_all();
+        // Integrators such as `aov` add to what the one inside them renders.
+        let mut inner = element;
+        while let Some(next) = inner.tagged("integrator").next() {
+            inner = next;
+        }
+        if inner.boolean("hide_emitters", false)? {
             self.scene.hides_lights = true;
             self.note(
                 "hide_emitters: path tracing keeps lights out of sight, other techniques show them",
             );
         }
+        let kinds = [element.kind(), inner.kind()];
         let known = ["path", "volpath", "direct", "aov", "moment"];
-        if !known.contains(&element.kind()) {
-            let kind = element.kind();
+        if let Some(kind) = kinds.iter().find(|kind| !known.contains(kind)) {
             self.note(format!("integrator `{kind}` becomes the path tracer"));
         }
-        element.mark_all();
-        self.scene.max_depth = match found {
-            _ if direct => 2,
-            Some(depth) if depth >= 0.0 => depth as u32,
-            _ => {
+        let depth = inner.float("max_depth")?;
+        self.scene.max_depth = match depth.unwrap_or(-1.0) {
+            _ if inner.kind() == "direct" => 2,
+            depth if depth >= 0.0 && depth.fract() == 0.0 => depth as u32,
+            -1.0 => {
                 let note = format!("unlimited path depth becomes {UNLIMITED_DEPTH} edges");
                 self.note(note);
                 UNLIMITED_DEPTH
+            }
+            other => {
+                let message = format!("`max_depth` is −1 or a whole number from 0, not {other}");
+                return Err(inner.child("max_depth").unwrap_or(inner).error(message));
             }
         };
         Ok(())
@@ -226,7 +241,11 @@ impl<'a> Importer<'a> {
         for child in &element.children {
             if child.used.get() {
                 self.note_ignored(child);
-            } else if matches!(child.tag.as_str(), "bsdf" | "texture") && element.tag == "scene" {
+            } else if matches!(
+                child.tag.as_str(),
+                "bsdf" | "texture" | "emitter" | "luminaire"
+            ) && element.tag == "scene"
+            {
                 self.note(format!(
                     "{} `{}` that nothing refers to is left out",
                     child.tag,
@@ -290,19 +309,6 @@ fn insert_id<'a>(
         }
         _ => Ok(()),
     }
-}
-
-/// A number parameter of an element or of the integrators inside it.
-fn find_integer(element: &Element, name: &str) -> Result<Option<f64>, SceneError> {
-    if let Some(value) = element.float(name)? {
-        return Ok(Some(value));
-    }
-    for inner in element.tagged("integrator") {
-        if let Some(value) = find_integer(inner, name)? {
-            return Ok(Some(value));
-        }
-    }
-    Ok(None)
 }
 
 #[cfg(test)]

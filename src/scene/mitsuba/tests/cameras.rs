@@ -188,3 +188,41 @@ fn what_clipping_planes_would_cut_is_told() {
         "{told:?}"
     );
 }
+
+#[test]
+fn integrators_inside_others_count() {
+    let aov = |inner: &str| {
+        load(
+            "3.0.0",
+            &format!(
+                "<integrator type='aov'><string name='aovs' value='d:depth'/>{inner}</integrator>"
+            ),
+        )
+    };
+    let hidden = aov(
+        "<integrator type='path'><boolean name='hide_emitters' value='true'/><integer name='max_depth' value='4'/></integrator>",
+    );
+    assert!(hidden.hides_lights && hidden.max_depth == 4);
+    assert_eq!(aov("<integrator type='direct'/>").max_depth, 2);
+}
+
+#[test]
+fn wrong_integrators_have_places() {
+    for (xml, expected) in [
+        (
+            "<integrator type='path'/>\n<integrator type='direct'/>",
+            "dir/s.xml:3:1: a scene has one integrator",
+        ),
+        (
+            "<integrator type='path'><integer name='max_depth' value='-2'/></integrator>",
+            "dir/s.xml:2:25: `max_depth` is −1 or a whole number from 0, not -2",
+        ),
+        (
+            "<integrator type='path'><float name='max_depth' value='2.5'/></integrator>",
+            "not 2.5",
+        ),
+    ] {
+        let message = error(&format!("{SENSOR}\n{xml}"));
+        assert!(message.contains(expected), "{message}");
+    }
+}
