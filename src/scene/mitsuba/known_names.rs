@@ -83,7 +83,9 @@ sensor perspective: fov fov_axis focal_length near_clip far_clip focus_distance 
 sensor thinlens: aperture_radius fov fov_axis focal_length near_clip far_clip focus_distance principal_point_offset_x principal_point_offset_y shutter_open shutter_close to_world srf
 sensor perspective_rdist: kc fov fov_axis focal_length near_clip far_clip focus_distance shutter_open shutter_close to_world
 sensor orthographic telecentric spherical radiancemeter irradiancemeter fluencemeter distant batch: *
-film hdrfilm ldrfilm specfilm tiledhdrfilm mfilm: *
+film hdrfilm: width height crop_offset_x crop_offset_y crop_width crop_height sample_border high_quality_edges banner file_format pixel_format component_format compensate attach_log channel_names
+film ldrfilm: width height crop_offset_x crop_offset_y crop_width crop_height sample_border high_quality_edges banner file_format pixel_format tonemap_method gamma exposure key burn
+film specfilm tiledhdrfilm mfilm: *
 sampler independent stratified multijitter orthogonal ldsampler halton hammersley sobol: sample_count seed dimension jitter strength scramble
 rfilter box tent gaussian mitchell catmullrom lanczos: radius stddev lobes a b c
 integrator path volpath volpathmis volpath_simple: max_depth rr_depth hide_emitters strict_normals samples_per_pass block_size timeout
@@ -227,17 +229,20 @@ fn check_plugin<'a>(
 }
 
 /// Whether the name of a child means nothing: of objects in objects their kind counts, but of textures their name;
-/// attributes of meshes are named by those who use them.
+/// attributes of meshes and texts in pictures are named by those who use them.
 fn is_free<'a>(
     child: &'a Element,
     parent: &str,
     target: &impl Fn(&'a Element) -> Option<&'a Element>,
 ) -> bool {
-    let attribute = ["vertex_", "face_"];
-    if parent == "shape"
-        && attribute
-            .iter()
-            .any(|start| child.name().starts_with(start))
+    let freely_named: &[&str] = match parent {
+        "shape" => &["vertex_", "face_"],
+        "film" => &["label[", "metadata["],
+        _ => &[],
+    };
+    if freely_named
+        .iter()
+        .any(|start| child.name().starts_with(start))
     {
         return true;
     }
@@ -269,6 +274,10 @@ mod tests {
             (
                 "<shape type='sphere'><float name='raduis' value='0.3'/></shape>",
                 "unknown parameter `raduis` of shape `sphere`; did you mean `radius`",
+            ),
+            (
+                "<sensor type='perspective'><film type='hdrfilm'><integer name='widht' value='16'/></film></sensor>",
+                "unknown parameter `widht` of film `hdrfilm`; did you mean `width`",
             ),
             (
                 "<integrator type='paht'/>",
@@ -313,6 +322,7 @@ mod tests {
     fn what_mitsuba_knows_is_read_or_noted() {
         let notes = load(
             "<default name='never_used' value='1'/>
+             <sensor type='perspective'><film type='hdrfilm'><string name='label[10, 10]' value='a'/><integer name='cropOffsetX' value='0'/></film></sensor>
              <shape type='sphere'><bsdf type='diffuse' name='any name'/><emitter name='lamp' type='area'/></shape>
              <shape type='ply'><string name='filename' value='gone.ply'/><texture type='bitmap' name='vertex_tint'><string name='filename' value='a.png'/></texture></shape>
              <bsdf type='bumpmap' id='b'><texture name='map' type='bitmap'><string name='filename' value='a.png'/></texture><bsdf type='diffuse'/></bsdf>
