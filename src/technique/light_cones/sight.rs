@@ -141,10 +141,11 @@ impl<'a> Addresses<'a> {
     /// Where a hit lies among texels; `None` on surfaces that no light shines on: mirrors and glass.
     fn of(&self, hit: &Hit, direction: Vec3) -> Option<Address> {
         let scene = self.shot.scene;
-        if is_delta(scene, hit.triangle) {
+        let front = normal_of(scene, hit.triangle, false);
+        let back = direction.dot(front) > 0.0;
+        if is_delta(scene, hit.triangle, back) {
             return None;
         }
-        let front = normal_of(scene, hit.triangle, false);
         let found = self.surfaces.charts.place(hit.triangle, [hit.u, hit.v]);
         let size = hit.t * self.pixel_angle;
         let extent = self.surfaces.charts.size(found.island);
@@ -152,7 +153,7 @@ impl<'a> Addresses<'a> {
         Some(Address {
             surface: Surface {
                 island: found.island,
-                back: direction.dot(front) > 0.0,
+                back,
             },
             place: found.place,
             level,
@@ -194,10 +195,14 @@ impl Address {
 }
 
 /// Whether light reaches the viewer from single directions only.
-fn is_delta(scene: &Scene, triangle: u32) -> bool {
+fn is_delta(scene: &Scene, triangle: u32, back: bool) -> bool {
     let shape = scene.triangle_shape.get(triangle as usize);
     let shape = shape.and_then(|&shape| scene.shapes.get(shape as usize));
-    let material = shape.and_then(|shape| scene.materials.get(shape.material as usize));
+    let front = shape.and_then(|shape| scene.materials.get(shape.material as usize));
+    let material = front.and_then(|front| match front.back {
+        Some(behind) if back => scene.materials.get(behind),
+        _ => Some(front),
+    });
     material.is_some_and(|material| match material.bsdf {
         Bsdf::Dielectric { .. } => true,
         Bsdf::Conductor { alpha, .. } => alpha <= 0.0,
