@@ -10,7 +10,9 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::Job;
+use super::play::renders;
 use super::progress::sweep_text;
+use crate::technique::Started;
 
 /// Metrics of one pixel take about as long as this many rays; they are most of a small job.
 const RAYS_PER_COMPARED_PIXEL: f64 = 60.0;
@@ -23,53 +25,30 @@ const REPORT_SECONDS_PER_PIXEL: f64 = 1e-6;
 const PACE_SECONDS: f64 = 10.0;
 
 /// What a job costs beside its reference, in rays.
-fn work(job: &Job, played: Played) -> f64 {
+fn work(job: &Job, images: f64) -> f64 {
     let sequence = &job.sequence;
     let pixels = (job.width * job.height * sequence.viewers.len()) as f64;
     let rays = job.estimated_rays() as f64 / sequence.frames.len().max(1) as f64;
     let measured = sequence.measured().count() as f64;
-    let cold = if sequence.cold && played.remembers {
-        measured
-    } else {
-        0.0
+    rays * images + RAYS_PER_COMPARED_PIXEL * pixels * measured
+}
+
+/// How many times what its budget grants an image a job takes, as its contender tells; no ray is cast for it.
+fn images_worth(job: &Job) -> f64 {
+    let sequence = &job.sequence;
+    let places = 0..sequence.frames.len();
+    let technique = job.built_technique();
+    let choice = job.choice(job.budget.count().unwrap_or(1));
+    let started = technique.as_ref().map(|t| choice.start(t.as_ref()));
+    let Some(Ok(Started { contender, .. })) = started else {
+        return places.len() as f64;
     };
-    rays * played.times * (played.frames + cold) + RAYS_PER_COMPARED_PIXEL * pixels * measured
-}
-
-/// How a method plays a sequence.
-#[derive(Clone, Copy, Debug)]
-struct Played {
-    /// Frames that it renders.
-    frames: f64,
-    /// Whether it is measured a second time without memory.
-    remembers: bool,
-    /// How often it takes what the budget gives.
-    times: f64,
-}
-
-impl Played {
-    fn of(job: &Job) -> Self {
-        let sequence = &job.sequence;
-        let technique = job.built_technique();
-        let count = job.budget.count().unwrap_or(1);
-        let started = technique.as_ref().and_then(|technique| {
-            let started = job.choice(count).start(technique.as_ref()).ok()?;
-            let contender = started.contender;
-            Some((contender.remembers(), contender.searches()))
-        });
-        let (remembers, searches) = started.unwrap_or((true, true));
-        let skips =
-            sequence.skip_unmeasured && !remembers && !searches && job.budget.count().is_some();
-        let looked_at = |place: &usize| !skips || sequence.is_looked_at(*place);
-        let times = job.method_parameters.get("times");
-        let times =
-            times.and_then(|times| times.as_float().or(times.as_integer().map(|n| n as f64)));
-        Self {
-            frames: (0..sequence.frames.len()).filter(looked_at).count() as f64,
-            remembers,
-            times: times.unwrap_or(1.0),
-        }
-    }
+    let rendered = places.filter(|place| renders(job, contender.as_ref(), *place));
+    let without_memory = match sequence.cold && contender.remembers() {
+        true => sequence.measured().count(),
+        false => 0,
+    };
+    contender.times() * (rendered.count() + without_memory) as f64
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -162,8 +141,8 @@ pub(super) struct Remaining {
     references: HashMap<String, Made>,
     /// The job at work, and its share that is done.
     at_work: Option<(String, f64)>,
-    /// By method and scene, which play a sequence alike.
-    played: HashMap<(Like, String), Played>,
+    /// What jobs take, in what their budgets grant an image, by method and scene, which play a sequence alike.
+    images: HashMap<(Like, String), f64>,
     pace: Pace,
     report_seconds: f64,
 }
@@ -252,8 +231,8 @@ impl Remaining {
 
     fn work(&mut self, job: &Job) -> f64 {
         let alike = (like_job(job), sweep_text(job));
-        let played = *self.played.entry(alike).or_insert_with(|| Played::of(job));
-        work(job, played)
+        let images = self.images.entry(alike);
+        work(job, *images.or_insert_with(|| images_worth(job)))
     }
 
     fn spend(&mut self, like: Like, timed: f64, seconds: f64) {
@@ -311,9 +290,14 @@ mod tests {
     use crate::experiment::{Source, plan};
 
     fn jobs() -> Vec<Job> {
-        let text = "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\nrepeats = 3\n\
+        planned(
+            "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\nrepeats = 3\n\
                     [[scene]]\nname = 'statues'\n[[scene]]\nname = 'atrium'\n\
-                    [[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+DGS'\n";
+                    [[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+DGS'\n",
+        )
+    }
+
+    fn planned(text: &str) -> Vec<Job> {
         let source = Source {
             text: text.into(),
             ..Source::default()
@@ -324,6 +308,22 @@ mod tests {
     /// Whether a guess is within a factor of two of what it takes.
     fn is_near(guess: f64, true_seconds: f64) -> bool {
         guess <= 2.0 * true_seconds && guess >= 0.5 * true_seconds
+    }
+
+    #[test]
+    fn a_job_takes_what_its_contender_renders() {
+        let jobs = planned(
+            "name = 'n'\ntechnique = 'radiance'\nsamples = 1\nsize = [16, 16]\n\
+             [sequence]\nframes = '0..10'\nwarm_up = 5\nmeasure_every = 5\ncold = true\nskip_unmeasured = true\n\
+             [[scene]]\nname = 'country-house'\npath = 'approach'\n\
+             [[method]]\nid = 'paths'\n[[method]]\nid = 'paths'\nlabel = 'more'\ntimes = 8\n\
+             [[method]]\nid = 'hash-cache'\n",
+        );
+        let looked_at = jobs[0].sequence.measured().count() as f64;
+        assert!(looked_at > 0.0 && looked_at < 10.0, "{looked_at} frames");
+        let images: Vec<f64> = jobs.iter().map(images_worth).collect();
+        // Without memory only frames that are measured; with it all, and those once more without.
+        assert_eq!(images, [looked_at, 8.0 * looked_at, 10.0 + looked_at]);
     }
 
     #[test]
