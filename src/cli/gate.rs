@@ -137,11 +137,10 @@ fn describe(one: &Judged) -> String {
         || "one run".to_owned(),
         |h| format!("±{h:.2e}, {} repeats", one.repeats),
     );
+    let (left, right) = one.sides();
     format!(
-        "{subject}: {} — {:.6} against {:.6} ({interval})",
-        word(one.verdict),
-        one.smaller,
-        one.larger
+        "{subject}: {} — {left:.6} against {right:.6} ({interval})",
+        word(one.verdict)
     )
 }
 
@@ -225,6 +224,7 @@ mod tests {
                 verdict: Verdict::Holds,
                 smaller: 0.1,
                 larger: 1.0,
+                larger_first: false,
                 half_width: None,
                 repeats: 1,
             }],
@@ -267,6 +267,8 @@ mod tests {
             describe(&one),
             "s: pass — 0.100000 against 1.000000 (one run)"
         );
+        one.larger_first = true;
+        assert!(describe(&one).contains("1.000000 against 0.100000"));
         (one.verdict, one.smaller, one.larger) = (Verdict::NoData, -0.0, -0.0);
         let told = describe(&one);
         assert!(told.starts_with("s: no data"), "{told}");
