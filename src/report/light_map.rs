@@ -74,7 +74,8 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, S
         sheet: canvas,
         caption: format!(
             "Lights on the tone-mapped map, {}, seed {}: direct and global ones red, indirect ones blue.",
-            first.row.budget, first.row.seed
+            number::budget(&first.row.budget),
+            first.row.seed
         ),
     })
 }
