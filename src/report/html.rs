@@ -154,7 +154,7 @@ fn figures(data: &Data, drawn: &Drawn) -> Vec<Value> {
         let svg = path.and_then(|path| std::fs::read_to_string(path).ok());
         json!({
             "title": figure.title, "caption": figure.caption, "files": figure.files, "svg": svg,
-            "width": figure.width,
+            "width": figure.width, "height": figure.height,
         })
     };
     drawn.figures.iter().map(told).collect()
