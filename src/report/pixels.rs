@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::escape;
 use crate::experiment::Store;
-use crate::image::{Image, Plane};
+use crate::image::{Image, Plane, png_bytes};
 
 /// Where the page's pixels are: in scripts beside it, because a page that is opened as a file may load nothing else,
 /// or in the page itself.
@@ -49,6 +49,17 @@ impl<'a> Shelf<'a> {
     /// Keeps a map and returns the name by which the page finds it.
     pub fn map(&mut self, name: &str, plane: &Plane) -> io::Result<String> {
         self.keep(name, &plane.values)
+    }
+
+    /// Keeps a picture of eight bits, whose values are coded already, and returns its link.
+    pub fn coded(&self, name: &str, image: &Image) -> io::Result<String> {
+        let bytes = png_bytes(image).map_err(io::Error::other)?;
+        if self.inside.is_some() {
+            return Ok(inline("image/png", &bytes));
+        }
+        let file = format!("figures/viewer/{}.png", escape::file_name(name));
+        crate::files::write(&self.store.folder.join(&file), bytes)?;
+        Ok(escape::link(&file))
     }
 
     /// Where the page finds other files.
@@ -97,10 +108,15 @@ impl Sources {
                 _ => "image/png",
             };
             let bytes = std::fs::read(folder.join(file)).ok()?;
-            Some(format!("data:{kind};base64,{}", STANDARD.encode(bytes)))
+            Some(inline(kind, &bytes))
         });
         inside.unwrap_or_else(|| escape::link(file))
     }
+}
+
+/// A file as a link that holds it.
+fn inline(kind: &str, bytes: &[u8]) -> String {
+    format!("data:{kind};base64,{}", STANDARD.encode(bytes))
 }
 
 /// Values as half floats: first all high bytes, then all low ones, each less its predecessor; zlib; base64. Finite

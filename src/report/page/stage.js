@@ -61,13 +61,26 @@ function makeStage(root, album, on) {
       context.drawImage(shown.picture, at.x, at.y, album.width * at.s, album.height * at.s);
     }
     if (shown.dots) dots(context, shown.dots, at);
+    if (shown.inset) inset(context, shown.inset, from, to);
     if (at.s / (window.devicePixelRatio || 1) >= CLOSE && shown.at) numbers(context, shown, at);
     context.restore();
   }
 
+  // A picture in the lower left corner of what is shown between two columns.
+  function inset(context, picture, from, to) {
+    const ratio = window.devicePixelRatio || 1, edge = 8 * ratio;
+    const width = Math.min(0.45 * context.canvas.width, to - from - 2 * edge), height = width * picture.height / picture.width;
+    if (width < 40 * ratio) return;
+    const x = from + edge, y = context.canvas.height - edge - height;
+    context.fillStyle = "#fff";
+    context.fillRect(x - ratio, y - ratio, width + 2 * ratio, height + 2 * ratio);
+    context.imageSmoothingEnabled = true;
+    context.drawImage(picture, x, y, width, height);
+  }
+
   // Records, those of the refinement red.
   function dots(context, list, at) {
-    const radius = Math.max(1.1, Math.min(5, 0.32 * at.s));
+    const radius = Math.max(0.7, Math.min(5, 0.32 * at.s));
     for (const [stage, color] of [[1, "rgb(0, 69, 217)"], [2, "rgb(224, 13, 13)"]]) {
       context.fillStyle = color;
       context.beginPath();
