@@ -47,7 +47,7 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, S
     let panels: Vec<(String, Image)> = there
         .iter()
         .map(|(label, _, own)| {
-            let panel = marked(own);
+            let panel = marked(&enlarged(&own.map), own);
             let count = |kind: LightKind| own.lights.iter().filter(|l| l.1 == kind).count() as u64;
             let text = match count(LightKind::Global) {
                 0 => format!(
@@ -101,9 +101,9 @@ pub fn classes(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, 
     })
 }
 
-/// The map with its lights.
-pub fn marked(own: &LightPictures) -> Image {
-    let mut shown = enlarged(&own.map);
+/// The lights on a picture of their map.
+pub fn marked(map: &Image, own: &LightPictures) -> Image {
+    let mut shown = map.clone();
     draw_lights(&mut shown, own.lights.iter().copied());
     shown
 }

@@ -51,17 +51,6 @@ impl<'a> Shelf<'a> {
         self.keep(name, &plane.values)
     }
 
-    /// Keeps a picture of eight bits, whose values are coded already, and returns its link.
-    pub fn coded(&self, name: &str, image: &Image) -> io::Result<String> {
-        let bytes = png_bytes(image).map_err(io::Error::other)?;
-        if self.inside.is_some() {
-            return Ok(inline("image/png", &bytes));
-        }
-        let file = format!("figures/viewer/{}.png", escape::file_name(name));
-        crate::files::write(&self.store.folder.join(&file), bytes)?;
-        Ok(escape::link(&file))
-    }
-
     /// Where the page finds other files.
     pub fn sources(&self) -> Sources {
         Sources {
@@ -112,6 +101,13 @@ impl Sources {
         });
         inside.unwrap_or_else(|| escape::link(file))
     }
+}
+
+/// A small picture of eight bits, whose values are coded already, as a link that holds it: a script may read what it
+/// drew of that, but not of a file beside a page that is a file itself.
+pub fn link_of(image: &Image) -> io::Result<String> {
+    let bytes = png_bytes(image).map_err(io::Error::other)?;
+    Ok(inline("image/png", &bytes))
 }
 
 /// A file as a link that holds it.

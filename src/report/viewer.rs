@@ -9,7 +9,7 @@ use super::figure::moment_of;
 use super::light_map;
 use super::number::Style;
 use super::pictures::Pictures;
-use super::pixels::Shelf;
+use super::pixels::{Shelf, link_of};
 use super::shots::{Frames, Previews};
 use super::side_by_side::bright_end;
 use crate::experiment::Unit;
@@ -155,7 +155,7 @@ fn stills(
             number.map_or_else(|| "—".to_owned(), |v| style.number(v))
         };
         let lights = pictures.lights.as_ref();
-        let lights = lights.map(|own| shelf.coded(&name("lights"), &light_map::marked(own)));
+        let lights = lights.map(|own| link_of(&light_map::marked(&own.map, own)));
         let mut map = |what: &str, plane: &Option<Plane>| {
             let plane = plane.as_ref();
             plane.map(|p| shelf.map(&name(what), p)).transpose()
