@@ -129,9 +129,19 @@ pub fn budget(text: &str) -> String {
     let told = text.split_once('=').and_then(|(key, amount)| {
         let unit = UNITS.into_iter().find(|unit| unit.key == key)?;
         let amount = amount.parse().map_or(amount.to_owned(), count);
-        Some(format!("{amount} {}", unit.heading))
+        Some(with_unit(&amount, unit.heading))
     });
     told.unwrap_or_else(|| text.to_owned())
+}
+
+/// `16 rays a point`, `1 ray a point`.
+pub fn with_unit(amount: &str, heading: &str) -> String {
+    let (thing, of) = heading.split_once(' ').unwrap_or((heading, ""));
+    let thing = match thing.strip_suffix('s') {
+        Some(one) if amount == "1" && !one.is_empty() => one,
+        _ => thing,
+    };
+    format!("{amount} {thing} {of}").trim_end().to_owned()
 }
 
 /// A lone number with four significant digits.
@@ -186,6 +196,8 @@ mod tests {
         assert_eq!(count(1_234_567), "1,234,567");
         assert_eq!(budget("caches=12500"), "12,500 records");
         assert_eq!(budget("seconds=0.5"), format!("0.5 {}", SECONDS.heading));
+        assert_eq!(budget("samples=1"), "1 path a pixel");
+        assert_eq!(budget("seconds=1"), "1 s");
         assert_eq!(budget("none"), "none");
     }
 }
