@@ -111,7 +111,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
       painted.set(key, entry = { canvas, look: "" });
     }
     if (entry.look !== look) {
-      const context = entry.canvas.getContext("2d"), out = context.createImageData(album.width, album.height);
+      const context = entry.canvas.getContext("2d", { willReadFrequently: true }), out = context.createImageData(album.width, album.height);
       if (mode === "image") paint.picture(halves, out, state.exposure, state.curve);
       else {
         entry.numbers = await numbersOf(index, mode);
