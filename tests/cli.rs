@@ -469,7 +469,7 @@ fn wrong_overrides_and_selections_are_refused() {
         (
             vec!["run", "tiny.toml", "--scene", "moon*"],
             3,
-            "no job is selected",
+            "scenes are ",
         ),
         (
             vec!["render", "hard-cases", "--out", "x.gif"],

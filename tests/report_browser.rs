@@ -6,7 +6,7 @@ mod report_support;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use lightbench::experiment::{Sequence, Viewer};
+use lightbench::experiment::{LIGHTS_FILE, MAP_FILE, Sequence, Viewer};
 use lightbench::image::{Attributes, Layer, write_exr, write_png};
 use lightbench::report::{write, write_single_file};
 use report_support::{Folder, Which, layers, picture, reference_attributes};
@@ -84,11 +84,19 @@ fn stills_are_compared_beside_the_page_and_in_it() {
     };
     let place = tempfile::tempdir().expect("folder");
     let mut folder = Folder::new(&place.path().join("stills"), "");
+    let mut jobs = Vec::new();
     for (label, strength) in LABELS.into_iter().zip([0.6, 0.4, 0.2]) {
         let images = layers(&picture(96, 54), strength);
-        folder.job(which(label), (f64::from(strength), 0.1), Some(images));
+        let row = folder.job(which(label), (f64::from(strength), 0.1), Some(images));
+        jobs.push(row.job.clone());
     }
     folder.write();
+    for job in jobs {
+        let job = folder.path.join("jobs").join(job);
+        write_png(&job.join(MAP_FILE), &picture(64, 32), 0.0).expect("map");
+        let lights = r#"{"lights":[[[0.2,0.3],"direct"],[[0.7,0.6],"indirect"]],"emissive":[]}"#;
+        std::fs::write(job.join(LIGHTS_FILE), lights).expect("lights");
+    }
     write(&folder.path).expect("report");
     all_fine(&use_page(&browser, &folder, 1400));
     std::fs::remove_dir_all(folder.path.join("figures/viewer")).expect("there");

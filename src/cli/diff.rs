@@ -2,6 +2,7 @@
 
 use super::args::DiffArgs;
 use super::exit::{self, Failure};
+use super::number::{half_width, told};
 use super::out::say;
 use crate::experiment::{Case, Row, Store};
 use crate::metric::statistics::Summary;
@@ -43,14 +44,17 @@ pub fn run(args: &DiffArgs) -> Result<u8, Failure> {
             .filter(|r| Case::of_row(r) == *case)
             .filter_map(|r| Some((r, partner(r, &after)?)))
             .collect();
-        let lines: Vec<String> = COLUMNS.iter().filter_map(|c| change(c, &pairs)).collect();
-        changed += usize::from(!lines.is_empty());
-        if !lines.is_empty() {
+        let changes: Vec<Change> = COLUMNS.iter().filter_map(|c| change(c, &pairs)).collect();
+        changed += usize::from(changes.iter().any(|change| !change.is_noise));
+        if !changes.is_empty() {
             say!("{case}");
-            lines.iter().for_each(|line| say!("  {line}"));
+            changes.iter().for_each(|change| say!("  {}", change.line));
         }
     }
-    say!("{} contenders in common, {changed} changed", cases.len());
+    say!(
+        "{} contenders in common, {changed} changed beyond noise",
+        cases.len()
+    );
     Ok(exit::OK)
 }
 
@@ -61,8 +65,15 @@ fn partner<'a>(row: &Row, others: &'a [Row]) -> Option<&'a Row> {
         .find(|o| o.seed == row.seed && Case::of_row(o) == case)
 }
 
+/// A column's change, as it is printed.
+struct Change {
+    line: String,
+    /// Whether it lies within the interval over seeds.
+    is_noise: bool,
+}
+
 /// One column's change; `None` if it is the same in all pairs.
-fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<String> {
+fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<Change> {
     let values: Vec<(f64, f64)> = pairs
         .iter()
         .filter_map(|(a, b)| Some((a.number(column)?, b.number(column)?)))
@@ -74,15 +85,20 @@ fn change(column: &str, pairs: &[(&Row, &Row)]) -> Option<String> {
         |side: fn(&(f64, f64)) -> f64| values.iter().map(side).sum::<f64>() / values.len() as f64;
     let (a, b) = (mean(|v| v.0), mean(|v| v.1));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
-    let significance = match Summary::of(&differences).and_then(|s| s.half_width) {
+    let half = Summary::of(&differences).and_then(|s| s.half_width);
+    let is_noise = half.is_some_and(|half| (b - a).abs() <= half);
+    let significance = match half {
         None => "one pair".to_owned(),
-        Some(half) if (b - a).abs() > half => format!("significant, ±{half:.2e}"),
-        Some(half) => format!("within noise, ±{half:.2e}"),
+        Some(half) if is_noise => format!("within noise, {}", half_width(half)),
+        Some(half) => format!("significant, {}", half_width(half)),
     };
-    Some(format!(
-        "{column:<14} {a:.6} → {b:.6} ({:+.2} %), {significance}",
+    let line = format!(
+        "{column:<14} {} → {} ({:+.2} %), {significance}",
+        told(a),
+        told(b),
         100.0 * (b - a) / a
-    ))
+    );
+    Some(Change { line, is_noise })
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::args::GateArgs;
 use super::exit::{self, Failure};
+use super::number::{half_width, told};
 use super::out::say;
 use crate::experiment::{Cases, Expression, Judged, Plan, Store, Verdict, judge, overall};
 use crate::standard_error::tell;
@@ -51,7 +52,8 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
         print(gate);
     }
     jobs.notes.iter().for_each(|note| tell!("note: {note}"));
-    say!("{} gates, {}", gates.len(), jobs.describe());
+    let some = if gates.len() == 1 { "" } else { "s" };
+    say!("{} gate{some}, {}", gates.len(), jobs.describe());
     if let Some(file) = &args.junit {
         crate::files::write(file, junit(&plan.name, &gates, &jobs))?;
     }
@@ -135,13 +137,14 @@ fn describe(one: &Judged) -> String {
     }
     let interval = one.half_width.map_or_else(
         || "one run".to_owned(),
-        |h| format!("±{h:.2e}, {} repeats", one.repeats),
+        |h| format!("{}, {} repeats", half_width(h), one.repeats),
     );
+    let (left, right) = one.sides();
     format!(
-        "{subject}: {} — {:.6} against {:.6} ({interval})",
+        "{subject}: {} — {} against {} ({interval})",
         word(one.verdict),
-        one.smaller,
-        one.larger
+        told(left),
+        told(right)
     )
 }
 
@@ -225,6 +228,7 @@ mod tests {
                 verdict: Verdict::Holds,
                 smaller: 0.1,
                 larger: 1.0,
+                larger_first: false,
                 half_width: None,
                 repeats: 1,
             }],
@@ -267,6 +271,8 @@ mod tests {
             describe(&one),
             "s: pass — 0.100000 against 1.000000 (one run)"
         );
+        one.larger_first = true;
+        assert!(describe(&one).contains("1.000000 against 0.100000"));
         (one.verdict, one.smaller, one.larger) = (Verdict::NoData, -0.0, -0.0);
         let told = describe(&one);
         assert!(told.starts_with("s: no data"), "{told}");

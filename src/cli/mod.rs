@@ -11,6 +11,7 @@ mod lights;
 mod list;
 mod merge;
 mod new;
+mod number;
 mod out;
 mod plan;
 mod profile;

@@ -1,6 +1,6 @@
 //! `plan`: the frozen job list; and the selection that `run` shares.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -87,14 +87,19 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
             });
         }
     }
+    let mut scenes: BTreeSet<String> = BTreeSet::new();
     for planned in &mut all {
         let jobs = std::mem::take(&mut planned.plan.jobs);
+        let alike = jobs.chunk_by(|a, b| a.scene == b.scene);
+        scenes.extend(alike.map(|jobs| jobs[0].scene.clone()));
         planned.plan.jobs = filter.select(jobs);
     }
     if all.iter().all(|p| p.plan.jobs.is_empty()) {
-        return Err(Failure::nothing(
-            "no job is selected: look at --scene, --method and --shard",
-        ));
+        let scenes: Vec<String> = scenes.into_iter().collect();
+        return Err(Failure::nothing(format!(
+            "no job is selected: look at --scene, --method and --shard; scenes are {}",
+            scenes.join(", ")
+        )));
     }
     Ok(all)
 }

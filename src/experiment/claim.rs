@@ -32,10 +32,22 @@ pub struct Judged {
     pub smaller: f64,
     /// See `smaller`.
     pub larger: f64,
+    /// Whether the larger side is written first.
+    pub larger_first: bool,
     /// Half width of the 95 % interval of `larger − smaller`, paired by seed; `None` for one run.
     pub half_width: Option<f64>,
     /// Seeds for which both sides have a value.
     pub repeats: usize,
+}
+
+impl Judged {
+    /// Both sides as the statement has them.
+    pub fn sides(&self) -> (f64, f64) {
+        match self.larger_first {
+            true => (self.larger, self.smaller),
+            false => (self.smaller, self.larger),
+        }
+    }
 }
 
 /// `LABEL@*` is the mean of a contender over the scenes.
@@ -145,6 +157,7 @@ impl Group<'_> {
             verdict,
             smaller,
             larger,
+            larger_first: expression.larger_first(),
             half_width,
             repeats: n,
         }

@@ -17,6 +17,7 @@ pub struct Expression {
     smaller: Term,
     larger: Term,
     or_equal: bool,
+    larger_first: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -59,23 +60,28 @@ impl Expression {
         if !parser.rest().is_empty() {
             return Err(parser.expected("the end"));
         }
-        Ok(match operator {
-            '<' => Self {
-                smaller: left,
-                larger: right,
-                or_equal,
-            },
-            _ => Self {
-                smaller: right,
-                larger: left,
-                or_equal,
-            },
+        let larger_first = operator == '>';
+        let (smaller, larger) = if larger_first {
+            (right, left)
+        } else {
+            (left, right)
+        };
+        Ok(Self {
+            smaller,
+            larger,
+            or_equal,
+            larger_first,
         })
     }
 
     /// Whether it holds where both sides are the same: `<=` and `>=`.
     pub fn or_equal(&self) -> bool {
         self.or_equal
+    }
+
+    /// Whether the side that is stated to be larger is written first: `>` and `>=`.
+    pub fn larger_first(&self) -> bool {
+        self.larger_first
     }
 
     /// Evaluates both sides; `value(column, label)` is `None` where there is no such row.

@@ -35,6 +35,13 @@ struct Frame<'a> {
     shots: &'a [Shot<'a>],
 }
 
+/// Whether a contender renders a frame of a job: one that nobody looks at is left out where nothing follows from it.
+pub(super) fn renders(job: &Job, contender: &dyn Contender, place: usize) -> bool {
+    let sequence = &job.sequence;
+    let follows = contender.remembers() || contender.searches() || job.budget.count().is_none();
+    !sequence.skip_unmeasured || follows || sequence.is_looked_at(place)
+}
+
 impl Player<'_> {
     /// Renders and measures all frames that no checkpoint has, and leaves pictures of those that are kept.
     ///
@@ -52,13 +59,9 @@ impl Player<'_> {
         contender.recall(&state.memory)?;
         self.rewind(loaded, truths, &exposures, contender.as_mut(), state.done)?;
         let mut written = std::time::Instant::now();
-        let skips = sequence.skip_unmeasured
-            && !contender.remembers()
-            && !contender.searches()
-            && self.job.budget.count().is_some();
         let frames = sequence.frames.iter().enumerate().skip(state.done);
         for (place, &number) in frames {
-            if skips && !sequence.is_looked_at(place) {
+            if !renders(self.job, contender.as_ref(), place) {
                 state.errors.clear();
                 state.done = place + 1;
                 continue;

@@ -10,72 +10,51 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::Job;
+use super::play::renders;
 use super::progress::sweep_text;
+use crate::technique::Started;
 
 /// Metrics of one pixel take about as long as this many rays; they are most of a small job.
 const RAYS_PER_COMPARED_PIXEL: f64 = 60.0;
 
-/// What the report takes for each pixel of the image that it shows of a method in a scene, likewise.
-const RAYS_PER_REPORTED_PIXEL: f64 = 20.0;
+/// What the report takes on a machine of 2023, and what for each pixel of the image that it shows of a method in a scene.
+const REPORT_SECONDS: f64 = 1.0;
+const REPORT_SECONDS_PER_PIXEL: f64 = 1e-6;
 
 /// The pace is that of about so long, and of a tenth of the run where that is longer.
 const PACE_SECONDS: f64 = 10.0;
 
 /// What a job costs beside its reference, in rays.
-fn work(job: &Job, played: Played) -> f64 {
+fn work(job: &Job, images: f64) -> f64 {
     let sequence = &job.sequence;
     let pixels = (job.width * job.height * sequence.viewers.len()) as f64;
     let rays = job.estimated_rays() as f64 / sequence.frames.len().max(1) as f64;
     let measured = sequence.measured().count() as f64;
-    let cold = if sequence.cold && played.remembers {
-        measured
-    } else {
-        0.0
+    rays * images + RAYS_PER_COMPARED_PIXEL * pixels * measured
+}
+
+/// How many times what its budget grants an image a job takes, as its contender tells; no ray is cast for it.
+fn images_worth(job: &Job) -> f64 {
+    let sequence = &job.sequence;
+    let places = 0..sequence.frames.len();
+    let technique = job.built_technique();
+    let choice = job.choice(job.budget.count().unwrap_or(1));
+    let started = technique.as_ref().map(|t| choice.start(t.as_ref()));
+    let Some(Ok(Started { contender, .. })) = started else {
+        return places.len() as f64;
     };
-    rays * played.times * (played.frames + cold) + RAYS_PER_COMPARED_PIXEL * pixels * measured
-}
-
-/// How a method plays a sequence.
-#[derive(Clone, Copy, Debug)]
-struct Played {
-    /// Frames that it renders.
-    frames: f64,
-    /// Whether it is measured a second time without memory.
-    remembers: bool,
-    /// How often it takes what the budget gives.
-    times: f64,
-}
-
-impl Played {
-    fn of(job: &Job) -> Self {
-        let sequence = &job.sequence;
-        let technique = job.built_technique();
-        let count = job.budget.count().unwrap_or(1);
-        let started = technique.as_ref().and_then(|technique| {
-            let started = job.choice(count).start(technique.as_ref()).ok()?;
-            let contender = started.contender;
-            Some((contender.remembers(), contender.searches()))
-        });
-        let (remembers, searches) = started.unwrap_or((true, true));
-        let skips =
-            sequence.skip_unmeasured && !remembers && !searches && job.budget.count().is_some();
-        let looked_at = |place: &usize| !skips || sequence.is_looked_at(*place);
-        let times = job.method_parameters.get("times");
-        let times =
-            times.and_then(|times| times.as_float().or(times.as_integer().map(|n| n as f64)));
-        Self {
-            frames: (0..sequence.frames.len()).filter(looked_at).count() as f64,
-            remembers,
-            times: times.unwrap_or(1.0),
-        }
-    }
+    let rendered = places.filter(|place| renders(job, contender.as_ref(), *place));
+    let without_memory = match sequence.cold && contender.remembers() {
+        true => sequence.measured().count(),
+        false => 0,
+    };
+    contender.times() * (rendered.count() + without_memory) as f64
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Kind {
     Reference,
     Job,
-    Report,
 }
 
 /// What costs about the same: kind, scene, and label of the method.
@@ -83,10 +62,6 @@ type Like = (Kind, String, String);
 
 fn like_job(job: &Job) -> Like {
     (Kind::Job, job.scene.clone(), job.label.clone())
-}
-
-fn like_report() -> Like {
-    (Kind::Report, String::new(), String::new())
 }
 
 fn like_reference(job: &Job) -> Like {
@@ -166,21 +141,24 @@ pub(super) struct Remaining {
     references: HashMap<String, Made>,
     /// The job at work, and its share that is done.
     at_work: Option<(String, f64)>,
-    /// By method and scene, which play a sequence alike.
-    played: HashMap<(Like, String), Played>,
+    /// What jobs take, in what their budgets grant an image, by method and scene, which play a sequence alike.
+    images: HashMap<(Like, String), f64>,
     pace: Pace,
+    report_seconds: f64,
 }
 
 impl Remaining {
     /// Of jobs that are all open; `is_stored` says of which keys the references are there.
     pub fn of(open: &[&Job], is_stored: impl Fn(&str) -> bool) -> Self {
-        let mut remaining = Self::default();
+        let mut remaining = Self {
+            report_seconds: REPORT_SECONDS,
+            ..Self::default()
+        };
         for job in open {
             let work = remaining.work(job);
             if !remaining.open.contains_key(&like_job(job)) {
                 let pixels = (job.width * job.height) as f64;
-                let report = remaining.open.entry(like_report()).or_default();
-                *report += RAYS_PER_REPORTED_PIXEL * pixels;
+                remaining.report_seconds += REPORT_SECONDS_PER_PIXEL * pixels;
             }
             *remaining.open.entry(like_job(job)).or_default() += work;
             if remaining.references.contains_key(&job.reference) {
@@ -253,8 +231,8 @@ impl Remaining {
 
     fn work(&mut self, job: &Job) -> f64 {
         let alike = (like_job(job), sweep_text(job));
-        let played = *self.played.entry(alike).or_insert_with(|| Played::of(job));
-        work(job, played)
+        let images = self.images.entry(alike);
+        work(job, *images.or_insert_with(|| images_worth(job)))
     }
 
     fn spend(&mut self, like: Like, timed: f64, seconds: f64) {
@@ -293,13 +271,12 @@ impl Remaining {
             let known = alike.into_iter().flatten().find_map(Spent::rate);
             known.or_else(|| all.rate())
         };
-        let (mut at_first, mut untimed) = (0.0, 0.0);
+        let (mut at_first, mut untimed) = (self.report_seconds, 0.0);
         for (like, open) in self.open.iter().filter(|(_, open)| **open > 0.0) {
             let (kind, _, label) = like;
             let seconds = open * rate(like)?;
             at_first += seconds;
-            // The report is timed by nothing.
-            if *kind != Kind::Report && !by_method.contains_key(&(*kind, label)) {
+            if !by_method.contains_key(&(*kind, label)) {
                 untimed += seconds;
             }
         }
@@ -313,9 +290,14 @@ mod tests {
     use crate::experiment::{Source, plan};
 
     fn jobs() -> Vec<Job> {
-        let text = "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\nrepeats = 3\n\
+        planned(
+            "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\nrepeats = 3\n\
                     [[scene]]\nname = 'statues'\n[[scene]]\nname = 'atrium'\n\
-                    [[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+DGS'\n";
+                    [[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+DGS'\n",
+        )
+    }
+
+    fn planned(text: &str) -> Vec<Job> {
         let source = Source {
             text: text.into(),
             ..Source::default()
@@ -326,6 +308,22 @@ mod tests {
     /// Whether a guess is within a factor of two of what it takes.
     fn is_near(guess: f64, true_seconds: f64) -> bool {
         guess <= 2.0 * true_seconds && guess >= 0.5 * true_seconds
+    }
+
+    #[test]
+    fn a_job_takes_what_its_contender_renders() {
+        let jobs = planned(
+            "name = 'n'\ntechnique = 'radiance'\nsamples = 1\nsize = [16, 16]\n\
+             [sequence]\nframes = '0..10'\nwarm_up = 5\nmeasure_every = 5\ncold = true\nskip_unmeasured = true\n\
+             [[scene]]\nname = 'country-house'\npath = 'approach'\n\
+             [[method]]\nid = 'paths'\n[[method]]\nid = 'paths'\nlabel = 'more'\ntimes = 8\n\
+             [[method]]\nid = 'hash-cache'\n",
+        );
+        let looked_at = jobs[0].sequence.measured().count() as f64;
+        assert!(looked_at > 0.0 && looked_at < 10.0, "{looked_at} frames");
+        let images: Vec<f64> = jobs.iter().map(images_worth).collect();
+        // Without memory only frames that are measured; with it all, and those once more without.
+        assert_eq!(images, [looked_at, 8.0 * looked_at, 10.0 + looked_at]);
     }
 
     #[test]
@@ -343,9 +341,9 @@ mod tests {
         for job in by_seed(1) {
             remaining.job(job, 1.0, 12.0);
         }
-        // The report of such small images is a fifth of it.
         let guess = remaining.seconds().expect("known");
-        assert!((guess / (4.0 * 12.0 * 1.2) - 1.0).abs() < 0.2, "{guess}");
+        let true_seconds = 4.0 * 12.0 + 3.0 * REPORT_SECONDS;
+        assert!((guess / true_seconds - 1.0).abs() < 0.2, "{guess}");
     }
 
     #[test]

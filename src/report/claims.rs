@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::data::{Data, SceneOf};
 use super::number::Style;
 use crate::experiment::Unit;
-use crate::experiment::{Expression, Judged, Swept, Verdict, judge, overall};
+use crate::experiment::{Expression, Judged, Measured, Swept, Verdict, judge, overall};
 
 /// A claim or gate with its verdicts.
 #[derive(Clone, Debug, Serialize)]
@@ -33,7 +33,7 @@ pub struct CaseOf {
     pub at: String,
     pub verdict: String,
     pub class: String,
-    /// Our two sides, `0.0749 < 0.0811`.
+    /// Our two sides in the order of the statement, `0.0749 < 0.0811`.
     pub ours: String,
     /// Their difference with its interval.
     pub margin: String,
@@ -102,7 +102,7 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
         verdict: verdict.into(),
         class: class.into(),
         ours: if there {
-            sides(judged.smaller, judged.larger)
+            sides(judged.sides())
         } else {
             String::new()
         },
@@ -114,14 +114,14 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
     }
 }
 
-fn sides(smaller: f64, larger: f64) -> String {
-    let sign = match smaller.partial_cmp(&larger) {
+fn sides((left, right): (f64, f64)) -> String {
+    let sign = match left.partial_cmp(&right) {
         Some(Ordering::Less) => "<",
         Some(Ordering::Equal) => "=",
-        _ => "≥",
+        _ => ">",
     };
-    let style = Style::of(Unit::None, [smaller, larger].into_iter());
-    format!("{} {sign} {}", style.number(smaller), style.number(larger))
+    let style = Style::of(Unit::None, [left, right].into_iter());
+    format!("{} {sign} {}", style.number(left), style.number(right))
 }
 
 fn margin(judged: &Judged) -> String {
@@ -148,8 +148,11 @@ fn paper_sides(
         let label = label.strip_suffix("@*").unwrap_or(label);
         data.published(scene, (label, point), column)
     };
-    let measured = expression.measure(&value)?;
-    Some(sides(measured.smaller, measured.larger))
+    let Measured { smaller, larger } = expression.measure(&value)?;
+    Some(sides(match expression.larger_first() {
+        true => (larger, smaller),
+        false => (smaller, larger),
+    }))
 }
 
 /// A verdict in words, and its style class.

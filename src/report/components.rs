@@ -4,6 +4,7 @@ use super::canvas::{fitted_size, scaled, shown};
 use super::figure::{Drawing, Head, Shown};
 use super::font::Fonts;
 use super::light_map::tinted;
+use super::number;
 use super::overlay::arrange;
 use super::pictures::Pictures;
 use crate::image::Image;
@@ -35,7 +36,8 @@ pub fn draw(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, Str
         sheet: arrange(fonts, &panels, head),
         caption: format!(
             "Images by each part of the light, {}, seed {}; all at one exposure.",
-            first.row.budget, first.row.seed
+            number::budget(&first.row.budget),
+            first.row.seed
         ),
     })
 }

@@ -6,6 +6,7 @@ use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts};
 use super::frame_table::FrameTable;
 use super::name::Name;
+use super::number;
 use super::pictures::Pictures;
 use super::sheet::Sheet;
 use super::shots::{frame_file, reference_key, values};
@@ -112,7 +113,7 @@ pub fn draw(
         caption: format!(
             "{} frames{fewer}, {}, seed {}; errors are those of the frame.{who}",
             frames.len(),
-            first.row.budget,
+            number::budget(&first.row.budget),
             first.row.seed
         ),
     })

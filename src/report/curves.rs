@@ -67,7 +67,11 @@ pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, St
         sheet: plot.draw(fonts, &rows, |sheet, index, chart| {
             paint(sheet, fonts, (&panels[index], chart));
         }),
-        caption: "Means over seeds; bars are 95 % confidence intervals.".into(),
+        caption: match data.config.repeats {
+            1 => "One run each; no intervals.",
+            _ => "Means over seeds; bars are 95 % confidence intervals.",
+        }
+        .into(),
     })
 }
 

@@ -54,8 +54,9 @@ pub struct Figure {
     pub caption: String,
     /// Paths relative to the results folder; the first is shown.
     pub files: Vec<String>,
-    /// Width on the page, pixels.
+    /// Size on the page, pixels: an inch of every figure has as many, so that all text is of one size.
     pub width: usize,
+    pub height: usize,
     #[serde(skip)]
     spec: usize,
 }
@@ -237,6 +238,9 @@ impl Drawn {
                 return Ok(());
             }
         }
+        let on_page = |units: usize| {
+            (units as f64 * PLOTS.units_per_inch / asked.scale().units_per_inch).round() as usize
+        };
         // Points of a plot tell what they stand for on the page: its SVG is shown.
         let endings = match spec.kind.is_plot() {
             true => ["svg", "png", "pdf"],
@@ -248,7 +252,8 @@ impl Drawn {
             files: endings
                 .map(|ending| format!("figures/{name}.{ending}"))
                 .to_vec(),
-            width: sheet.width,
+            width: on_page(sheet.width),
+            height: on_page(sheet.height),
             spec: asked.index,
         });
         Ok(())

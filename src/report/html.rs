@@ -30,8 +30,8 @@ const SCRIPT: &str = concat!(
     include_str!("page/tables.js"),
 );
 
-/// Columns of numbers that fit the page.
-const COLUMNS: usize = 8;
+/// Letters of a table that fit the page side by side.
+const LETTERS: usize = 128;
 
 /// A line of the list of failures.
 #[derive(Serialize)]
@@ -91,8 +91,8 @@ pub fn page(
         "rows": data.cases.rows.len(),
         "title": title,
         "name": data.plan.name,
-        "tables": tables.iter().map(|t| t.parts(COLUMNS)).collect::<Vec<_>>(),
-        "costs": costs.parts(COLUMNS),
+        "tables": tables.iter().map(|t| t.parts_within(LETTERS)).collect::<Vec<_>>(),
+        "costs": costs.parts_within(LETTERS),
         "claims": claims.iter().filter(|c| !c.gate).collect::<Vec<_>>(),
         "gates": claims.iter().filter(|c| c.gate).collect::<Vec<_>>(),
         "tally": tally,
@@ -154,7 +154,7 @@ fn figures(data: &Data, drawn: &Drawn) -> Vec<Value> {
         let svg = path.and_then(|path| std::fs::read_to_string(path).ok());
         json!({
             "title": figure.title, "caption": figure.caption, "files": figure.files, "svg": svg,
-            "width": figure.width,
+            "width": figure.width, "height": figure.height,
         })
     };
     drawn.figures.iter().map(told).collect()
@@ -241,7 +241,7 @@ fn budgets(jobs: &[&Job]) -> String {
         (Some(least), Some(most)) if least.0 < most.0 => {
             format!("{} to {} {}", least.1, most.1, most.2)
         }
-        (Some(only), _) => format!("{} {}", only.1, only.2),
+        (Some(only), _) => number::with_unit(&only.1, only.2),
         _ => String::new(),
     }
 }

@@ -47,8 +47,7 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, S
     let panels: Vec<(String, Image)> = there
         .iter()
         .map(|(label, _, own)| {
-            let mut panel = enlarged(&own.map);
-            draw_lights(&mut panel, own.lights.iter().copied());
+            let panel = marked(&enlarged(&own.map), own);
             let count = |kind: LightKind| own.lights.iter().filter(|l| l.1 == kind).count() as u64;
             let text = match count(LightKind::Global) {
                 0 => format!(
@@ -74,7 +73,8 @@ pub fn lights(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, S
         sheet: canvas,
         caption: format!(
             "Lights on the tone-mapped map, {}, seed {}: direct and global ones red, indirect ones blue.",
-            first.row.budget, first.row.seed
+            number::budget(&first.row.budget),
+            first.row.seed
         ),
     })
 }
@@ -99,6 +99,13 @@ pub fn classes(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, 
         sheet: canvas,
         caption: "Texels on which direct lights stand red, all others blue.".into(),
     })
+}
+
+/// The lights on a picture of their map.
+pub fn marked(map: &Image, own: &LightPictures) -> Image {
+    let mut shown = map.clone();
+    draw_lights(&mut shown, own.lights.iter().copied());
+    shown
 }
 
 fn enlarged(map: &Image) -> Image {

@@ -2,6 +2,7 @@
 
 use super::estimate::Estimate;
 use crate::experiment::Unit;
+use crate::technique::UNITS;
 
 /// How the numbers of one quantity are written.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,6 +124,26 @@ pub fn count(value: u64) -> String {
     grouped(&value.to_string())
 }
 
+/// A budget as rows have it, in words: `lights=16` is `16 rays a point`.
+pub fn budget(text: &str) -> String {
+    let told = text.split_once('=').and_then(|(key, amount)| {
+        let unit = UNITS.into_iter().find(|unit| unit.key == key)?;
+        let amount = amount.parse().map_or(amount.to_owned(), count);
+        Some(with_unit(&amount, unit.heading))
+    });
+    told.unwrap_or_else(|| text.to_owned())
+}
+
+/// `16 rays a point`, `1 ray a point`.
+pub fn with_unit(amount: &str, heading: &str) -> String {
+    let (thing, of) = heading.split_once(' ').unwrap_or((heading, ""));
+    let thing = match thing.strip_suffix('s') {
+        Some(one) if amount == "1" && !one.is_empty() => one,
+        _ => thing,
+    };
+    format!("{amount} {thing} {of}").trim_end().to_owned()
+}
+
 /// A lone number with four significant digits.
 pub fn lone(value: f64) -> String {
     if !value.is_finite() {
@@ -141,6 +162,7 @@ pub fn lone(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::technique::SECONDS;
 
     fn written(unit: Unit, values: &[f64]) -> Vec<String> {
         let style = Style::of(unit, values.iter().copied());
@@ -172,5 +194,10 @@ mod tests {
         assert_eq!(lone(-12_345.678), "-12,346");
         assert_eq!(lone(0.0012345), "0.001234");
         assert_eq!(count(1_234_567), "1,234,567");
+        assert_eq!(budget("caches=12500"), "12,500 records");
+        assert_eq!(budget("seconds=0.5"), format!("0.5 {}", SECONDS.heading));
+        assert_eq!(budget("samples=1"), "1 path a pixel");
+        assert_eq!(budget("seconds=1"), "1 s");
+        assert_eq!(budget("none"), "none");
     }
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::escape;
 use crate::experiment::Store;
-use crate::image::{Image, Plane};
+use crate::image::{Image, Plane, png_bytes};
 
 /// Where the page's pixels are: in scripts beside it, because a page that is opened as a file may load nothing else,
 /// or in the page itself.
@@ -97,10 +97,22 @@ impl Sources {
                 _ => "image/png",
             };
             let bytes = std::fs::read(folder.join(file)).ok()?;
-            Some(format!("data:{kind};base64,{}", STANDARD.encode(bytes)))
+            Some(inline(kind, &bytes))
         });
         inside.unwrap_or_else(|| escape::link(file))
     }
+}
+
+/// A small picture of eight bits, whose values are coded already, as a link that holds it: a script may read what it
+/// drew of that, but not of a file beside a page that is a file itself.
+pub fn link_of(image: &Image) -> io::Result<String> {
+    let bytes = png_bytes(image).map_err(io::Error::other)?;
+    Ok(inline("image/png", &bytes))
+}
+
+/// A file as a link that holds it.
+fn inline(kind: &str, bytes: &[u8]) -> String {
+    format!("data:{kind};base64,{}", STANDARD.encode(bytes))
 }
 
 /// Values as half floats: first all high bytes, then all low ones, each less its predecessor; zlib; base64. Finite

@@ -144,7 +144,7 @@ pub fn draw(
             size.0,
             size.1,
             records.map_or_else(
-                || main.row.budget.clone(),
+                || number::budget(&main.row.budget),
                 |n| format!("{} records", number::count(n))
             ),
             main.row.seed,

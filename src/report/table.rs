@@ -64,6 +64,9 @@ pub struct Record {
     pub standing: Standing,
 }
 
+/// Room between columns.
+const LETTERS_BETWEEN: usize = 2;
+
 /// What stands where there is no number.
 pub const NOTHING: &str = "—";
 
@@ -80,17 +83,42 @@ impl Table {
     /// The table split at group borders so that no part has more than `columns` columns of numbers,
     /// unless a single group has.
     pub fn parts(&self, columns: usize) -> Vec<Table> {
+        self.split(columns, |group, _| group.columns.len())
+    }
+
+    /// The table split at group borders so that no part has more letters side by side, unless a single group has.
+    pub fn parts_within(&self, letters: usize) -> Vec<Table> {
+        let lines = || self.blocks.iter().flat_map(|block| &block.lines);
+        let length = |text: &str| text.chars().count();
+        let names = lines().map(|line| length(&line.heading));
+        let names = names.chain([length(&self.corner)]).max().unwrap_or(0);
+        let column = |heading: &str, at: usize| {
+            let cells = lines().filter_map(|line| line.cells.get(at));
+            let widest = cells.map(|cell| length(&cell.text)).max().unwrap_or(0);
+            widest.max(length(heading)) + LETTERS_BETWEEN
+        };
+        let room = letters.saturating_sub(names + LETTERS_BETWEEN);
+        self.split(room, |group, first| {
+            let columns = group.columns.iter().enumerate();
+            let columns: usize = columns.map(|(i, heading)| column(heading, first + i)).sum();
+            columns.max(length(&group.heading) + LETTERS_BETWEEN)
+        })
+    }
+
+    /// The table split at group borders so that no part is larger than `most`, unless a single group is; `size` is
+    /// that of a group, whose first column is given.
+    fn split(&self, most: usize, size: impl Fn(&Group, usize) -> usize) -> Vec<Table> {
         if self.groups.is_empty() {
             return vec![self.clone()];
         }
         let mut parts: Vec<Table> = Vec::new();
-        let mut first = 0;
+        let (mut first, mut used) = (0, 0);
         for group in &self.groups {
             let last = first + group.columns.len();
-            let fits = parts
-                .last()
-                .is_some_and(|p| p.width() + group.columns.len() <= columns);
-            if !fits {
+            let own = size(group, first);
+            used += own;
+            if parts.is_empty() || used > most {
+                used = own;
                 let mut part = Table {
                     groups: Vec::new(),
                     records: Vec::new(),
@@ -117,5 +145,55 @@ impl Table {
     /// Number of columns of numbers.
     pub fn width(&self) -> usize {
         self.groups.iter().map(|g| g.columns.len()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(headings: &[&str]) -> Table {
+        let group = |heading: &&str| Group {
+            heading: (*heading).to_owned(),
+            columns: vec!["a".into(), "b".into()],
+        };
+        let cells = (0..2 * headings.len()).map(|i| Cell {
+            text: format!("0.{i:04}"),
+            ..Cell::default()
+        });
+        let line = Line {
+            heading: "VGC".into(),
+            cells: cells.collect(),
+        };
+        Table {
+            corner: "Method".into(),
+            groups: headings.iter().map(group).collect(),
+            blocks: vec![Block {
+                lines: vec![line],
+                ..Block::default()
+            }],
+            ..Table::default()
+        }
+    }
+
+    #[test]
+    fn parts_are_as_wide_as_their_letters() {
+        // The names take 8 letters, a group of two numbers 16.
+        let narrow = table(&["x", "y", "z"]);
+        let count = |letters| narrow.parts_within(letters).len();
+        assert_eq!([56, 55, 40, 39, 1].map(count), [1, 2, 2, 3, 3]);
+        let cells = |part: &Table| part.blocks[0].lines[0].cells.len();
+        assert_eq!(
+            narrow
+                .parts_within(40)
+                .iter()
+                .map(cells)
+                .collect::<Vec<_>>(),
+            [4, 2]
+        );
+        // A heading may be wider than its numbers.
+        let wide = table(&["a name of thirty letters, say …", "y"]);
+        assert_eq!(wide.parts_within(56).len(), 2);
+        assert_eq!(narrow.parts(4).len(), 2);
     }
 }

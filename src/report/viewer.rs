@@ -6,9 +6,10 @@ use serde::Serialize;
 
 use super::data::{Data, SceneOf};
 use super::figure::moment_of;
+use super::light_map;
 use super::number::Style;
 use super::pictures::Pictures;
-use super::pixels::Shelf;
+use super::pixels::{Shelf, link_of};
 use super::shots::{Frames, Previews};
 use super::side_by_side::bright_end;
 use crate::experiment::Unit;
@@ -57,6 +58,8 @@ pub struct Cell {
     pub flip: Option<String>,
     pub records: Option<String>,
     pub discontinuity: Option<String>,
+    /// Link to the environment map with the lights of the job, where it kept them.
+    pub lights: Option<String>,
     /// Link to a picture of eight bits, where there are no pixels.
     pub picture: Option<String>,
     /// `RMSE 0.0840 · FLIP 0.0245`, empty for the reference.
@@ -151,6 +154,8 @@ fn stills(
             let number = row.number(column);
             number.map_or_else(|| "—".to_owned(), |v| style.number(v))
         };
+        let lights = pictures.lights.as_ref();
+        let lights = lights.map(|own| link_of(&light_map::marked(&own.map, own)));
         let mut map = |what: &str, plane: &Option<Plane>| {
             let plane = plane.as_ref();
             plane.map(|p| shelf.map(&name(what), p)).transpose()
@@ -160,6 +165,7 @@ fn stills(
             records: map("records", &any(&pictures.records))?,
             discontinuity: map("discontinuity", &pictures.discontinuity)?,
             image: Some(shelf.picture(&name("image"), &pictures.beauty)?),
+            lights: lights.transpose()?,
             picture: None,
             values: format!(
                 "RMSE {} · FLIP {}",

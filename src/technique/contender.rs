@@ -23,6 +23,11 @@ pub trait Contender: Send {
         false
     }
 
+    /// How many times what the budget grants it takes, for guesses of its time.
+    fn times(&self) -> f64 {
+        1.0
+    }
+
     /// Picks settings by error against the references of the first frame's shots. What that takes is in
     /// `search` of the next frame and not charged.
     ///

@@ -22,6 +22,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         let parameters = Parameters::read(table)?;
         Ok(Box::new(PathSamples {
             technique,
+            times: parameters.times,
             samples: terms.budget as u32 * parameters.times,
             seed: terms.seed,
         }))
@@ -38,12 +39,17 @@ parameters! {
 
 struct PathSamples<'a> {
     technique: &'a Truth,
+    times: u32,
     /// Paths of a pixel.
     samples: u32,
     seed: u64,
 }
 
 impl Contender for PathSamples<'_> {
+    fn times(&self) -> f64 {
+        self.times.into()
+    }
+
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
         let samples = self.samples;
         let render = |shot: &Shot| {

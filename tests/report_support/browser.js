@@ -62,6 +62,11 @@ async function use(told) {
   await wait(100);
   check("the divider moves", await changes(() => { at("pointerdown", 0.5, 0.5); at("pointermove", 0.1, 0.5); at("pointerup", 0.1, 0.5); }));
   press("s");
+  check("o marks records", await changes(() => press("o")));
+  const kept = JSON.parse(root.dataset.album).cells[0][0].some((cell) => cell.lights);
+  check("and lights where they were kept", find(".marks").textContent === (kept ? "records and lights" : "records"));
+  if (kept) check("the map is drawn", active.shown.some((shown) => shown.inset && shown.inset.width > 0));
+  await changes(() => press("o"));
   press("a");
   check("all at once", await until(() => root.querySelectorAll("canvas").length === root.querySelectorAll(".frame").length));
   press("a");

@@ -61,13 +61,26 @@ function makeStage(root, album, on) {
       context.drawImage(shown.picture, at.x, at.y, album.width * at.s, album.height * at.s);
     }
     if (shown.dots) dots(context, shown.dots, at);
+    if (shown.inset) inset(context, shown.inset, from, to);
     if (at.s / (window.devicePixelRatio || 1) >= CLOSE && shown.at) numbers(context, shown, at);
     context.restore();
   }
 
+  // A picture in the lower left corner of what is shown between two columns.
+  function inset(context, picture, from, to) {
+    const ratio = window.devicePixelRatio || 1, edge = 8 * ratio;
+    const width = Math.min(0.45 * context.canvas.width, to - from - 2 * edge), height = width * picture.height / picture.width;
+    if (width < 40 * ratio) return;
+    const x = from + edge, y = context.canvas.height - edge - height;
+    context.fillStyle = "#fff";
+    context.fillRect(x - ratio, y - ratio, width + 2 * ratio, height + 2 * ratio);
+    context.imageSmoothingEnabled = true;
+    context.drawImage(picture, x, y, width, height);
+  }
+
   // Records, those of the refinement red.
   function dots(context, list, at) {
-    const radius = Math.max(1.1, Math.min(5, 0.32 * at.s));
+    const radius = Math.max(0.7, Math.min(5, 0.32 * at.s));
     for (const [stage, color] of [[1, "rgb(0, 69, 217)"], [2, "rgb(224, 13, 13)"]]) {
       context.fillStyle = color;
       context.beginPath();
@@ -87,15 +100,14 @@ function makeStage(root, album, on) {
     context.font = Math.floor(line * 0.86) + "px ui-monospace, monospace";
     context.textAlign = "center";
     const first = { x: Math.max(0, Math.floor(-at.x / at.s)), y: Math.max(0, Math.floor(-at.y / at.s)) };
+    const wide = Math.ceil(canvas.width / at.s) + 1, tall = Math.ceil(canvas.height / at.s) + 1;
+    const { data } = shown.picture.getContext("2d").getImageData(first.x, first.y, wide, tall);
     for (let y = first.y; y < album.height && at.y + y * at.s < canvas.height; y++) {
       for (let x = first.x; x < album.width && at.x + x * at.s < canvas.width; x++) {
-        const texts = shown.at(x, y);
-        texts.forEach(function (text, i) {
-          const px = at.x + (x + 0.5) * at.s, py = at.y + (y + 0.5) * at.s + (i + 0.85 - texts.length / 2) * line;
-          context.strokeStyle = "rgba(0, 0, 0, .75)";
-          context.lineWidth = Math.max(1.5, line / 9);
-          context.strokeText(text, px, py);
-          context.fillStyle = "#fff";
+        const texts = shown.at(x, y), i = 4 * (x - first.x + (y - first.y) * wide);
+        context.fillStyle = 0.3 * data[i] + 0.6 * data[i + 1] + 0.1 * data[i + 2] > 110 ? "#000" : "#fff";
+        texts.forEach(function (text, row) {
+          const px = at.x + (x + 0.5) * at.s, py = at.y + (y + 0.5) * at.s + (row + 0.85 - texts.length / 2) * line;
           context.fillText(text, px, py);
         });
       }

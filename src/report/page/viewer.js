@@ -14,7 +14,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
   const first = album.labels[0] === "reference" ? 0 : -1;
   const state = {
     eye: 0, frame: album.start, chosen: album.labels.length - 1, other: first >= 0 ? 0 : Math.max(0, album.labels.length - 2),
-    mode: "image", exposure: album.exposure, curve: "linear", split: false, all: false, records: false, place: null,
+    mode: "image", exposure: album.exposure, curve: "linear", split: false, all: false, marks: false, place: null,
   };
   let timer = null, turn = 0;
   const painted = new Map();
@@ -37,7 +37,8 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     .map(function (m) { const b = button("mode", MODES[m].name, () => viewer.mode(m)); b.dataset.mode = m; return b; });
   const split = button("split", "split", () => viewer.split(), "two images with a divider (s)");
   const all = button("all", "all", () => viewer.all(), "all images at once (a)");
-  const records = button("records", "records", () => viewer.records(), "where records are (o)");
+  const marked = ["records", "lights"].filter(has);
+  const marks = button("marks", marked.join(" and "), () => viewer.marks(), "where records are, and lights on the environment map (o)");
   const stops = make("input", { type: "range", class: "exposure", min: album.exposure - 8, max: album.exposure + 8, step: 0.1, "aria-label": "exposure",
     oninput: () => { state.exposure = Number(stops.value); show(); } });
   const curve = make("select", { class: "curve", "aria-label": "tone curve", onchange: () => { state.curve = curve.value; show(); } },
@@ -51,7 +52,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
   const range = make("div", { class: "bar range" }, ends[0], ramp, ends[1], "range", width, button("auto", "fit", () => autoRange()));
   const bars = [
     make("div", { class: "bar" }, ...choices),
-    make("div", { class: "bar" }, ...modes, gap(), split, all, ...(has("records") ? [records] : []), gap(),
+    make("div", { class: "bar" }, ...modes, gap(), split, all, ...(marked.length ? [marks] : []), gap(),
       button("zoom", "−", () => viewer.zoom(-1), "zoom out (−)"), button("zoom", "+", () => viewer.zoom(1), "zoom in (+)"), button("zoom", "fit", () => stage.reset(), "the whole image (0)")),
     light, range,
   ];
@@ -94,7 +95,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
   // An image's canvas, painted again when what it depends on has changed, and its values.
   async function prepared(index) {
     const data = cell(index), mode = modeOf(index);
-    const result = { label: album.labels[index], index, mode, picture: null, at: null, dots: null };
+    const result = { label: album.labels[index], index, mode, picture: null, at: null, dots: null, inset: null };
     if (!data.image) {
       if (data.picture) result.picture = await eightBits(data.picture);
       return result;
@@ -110,7 +111,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
       painted.set(key, entry = { canvas, look: "" });
     }
     if (entry.look !== look) {
-      const context = entry.canvas.getContext("2d"), out = context.createImageData(album.width, album.height);
+      const context = entry.canvas.getContext("2d", { willReadFrequently: true }), out = context.createImageData(album.width, album.height);
       if (mode === "image") paint.picture(halves, out, state.exposure, state.curve);
       else {
         entry.numbers = await numbersOf(index, mode);
@@ -123,7 +124,8 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     result.picture = entry.canvas;
     result.halves = halves;
     result.at = (x, y) => mode === "image" ? [0, 1, 2].map((c) => short(lightbench.values[halves[x + y * album.width + c * n]])) : [short(numbers[x + y * album.width])];
-    if (state.records && data.records) result.dots = await places(data.records);
+    if (state.marks && data.records) result.dots = await places(data.records);
+    if (state.marks && data.lights) result.inset = await eightBits(data.lights);
     return result;
   }
 
@@ -167,7 +169,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     const mode = state.all ? state.mode : modeOf(state.chosen), map = mode !== "image";
     choices.forEach(function (b, i) { press(b, i === state.chosen); b.classList.toggle("other", state.split && i === state.other); });
     modes.forEach(function (b) { press(b, b.dataset.mode === state.mode); });
-    press(split, state.split); press(all, state.all); press(records, state.records);
+    press(split, state.split); press(all, state.all); press(marks, state.marks);
     light.hidden = map || !cell(state.chosen).image;
     range.hidden = !map;
     stops.value = state.exposure;
@@ -278,7 +280,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     zoom: (by) => stage.zoomBy(2 ** by), reset: () => stage.reset(),
     split: () => { state.split = !state.split; state.all = false; show(); },
     all: () => { state.all = !state.all; show(); },
-    records: () => { state.records = !state.records; show(); },
+    marks: () => { if (marked.length) { state.marks = !state.marks; show(); } },
     brighten: (by) => { state.exposure += by; show(); },
   };
   function use() { active = viewer; preload(state.frame); }
@@ -304,7 +306,7 @@ document.addEventListener("keydown", function (event) {
     ArrowRight: () => active.step(1), ArrowLeft: () => active.step(-1), r: active.flip,
     i: () => active.mode("image"), f: () => active.mode("flip"), e: () => active.mode("error"),
     d: () => active.mode("signed"), l: () => active.mode("luminance"),
-    p: active.play, v: active.look, s: active.split, a: active.all, o: active.records,
+    p: active.play, v: active.look, s: active.split, a: active.all, o: active.marks,
     "+": () => active.zoom(1), "=": () => active.zoom(1), "-": () => active.zoom(-1), 0: active.reset,
     "[": () => active.brighten(-0.5), "]": () => active.brighten(0.5),
   };
