@@ -637,7 +637,7 @@ fn each_job_has_its_commands_and_each_point_its_row() {
     write(&folder.path).expect("report");
     let page = folder.text("report.html").replace("&#x2f;", "/");
     for text in [
-        "lightbench run configs/synthetic.toml scale=1/4 --scene statues --method VGC+DGS",
+        "lightbench run configs/synthetic.toml scale=1/4 --scene statues --method VGC+DGS --out results/synthetic",
         "lightbench replay results/synthetic/jobs/",
         "<th>inefficiency</th>",
     ] {

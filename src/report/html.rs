@@ -23,6 +23,7 @@ const STYLE: &str = include_str!("page/style.css");
 /// What moves in the page; each file builds on those before it.
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
+    include_str!("page/commands.js"),
     include_str!("page/pixels.js"),
     include_str!("page/paint.js"),
     include_str!("page/stage.js"),
@@ -85,7 +86,7 @@ pub fn page(
         "style": STYLE,
         "script": SCRIPT,
         "inside": shelf.into_inside(),
-        "folder": escape::shell(&format!("results/{}", data.plan.name)),
+        "folder": folder(data),
         "headings": headings,
         "lines": lines,
         "rows": data.cases.rows.len(),
@@ -109,7 +110,7 @@ pub fn page(
         "seeds": data.config.repeats,
         "provenance": provenance(data),
         "command": command(data),
-        "again": format!("lightbench report results/{}", escape::shell(&data.plan.name)),
+        "again": format!("lightbench report {}", folder(data)),
     });
     let mut environment = environment();
     environment.add_filter("source", move |file: String| sources.of(&file));
@@ -294,6 +295,11 @@ fn date(seconds: u64) -> String {
         rest / 3600,
         rest / 60 % 60
     )
+}
+
+/// The results, as they lie where nobody says otherwise; the page puts its own place there.
+pub fn folder(data: &Data) -> String {
+    escape::shell(&format!("results/{}", data.plan.name))
 }
 
 /// The command that made the results.

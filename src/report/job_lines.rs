@@ -105,10 +105,11 @@ fn folder(data: &Data, row: &Row) -> String {
 /// A finished job is kept unless its folder goes; the filters leave the other scenes and methods alone.
 fn again(data: &Data, row: &Row) -> String {
     format!(
-        "rm -r {} && {} --scene {} --method {}",
+        "rm -r {} && {} --scene {} --method {} --out {}",
         folder(data, row),
         html::command(data),
         escape::shell(&row.scene),
-        escape::shell(&row.label)
+        escape::shell(&row.label),
+        html::folder(data)
     )
 }

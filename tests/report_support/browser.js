@@ -90,6 +90,9 @@ async function use(told) {
   table.tHead.rows[0].cells[column].click();
   check("and turns round", sorted(values(), -1));
   document.querySelector("button.command").click();
-  check("a command is shown", document.querySelector("pre.chosen").textContent.startsWith("rm -r results/"));
+  const command = document.querySelector("pre.chosen").textContent;
+  const here = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "");
+  check("a command is shown with the folder of the page", command.startsWith("rm -r " + here + "/jobs/") && command.endsWith("--out " + here));
+  check("and in what reports it again", document.querySelector("pre.located").textContent === "lightbench report " + here);
   check("nothing is wider than the page", document.documentElement.scrollWidth <= window.innerWidth);
 }

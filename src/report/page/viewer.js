@@ -221,7 +221,8 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     if (state.all) { state.all = false; choose(pane, true); return; }
     const job = album.jobs[state.chosen] || album.jobs[state.other];
     if (job && place) {
-      again.textContent = "lightbench replay " + root.dataset.folder + "/jobs/" + job + " --pixel " + place.x + "," + place.y;
+      const folder = document.body.dataset.folder + "/jobs/" + job;
+      again.textContent = located("lightbench replay " + folder + " --pixel " + place.x + "," + place.y);
       replay.hidden = false;
     }
     flip();
