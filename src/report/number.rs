@@ -197,7 +197,7 @@ mod tests {
         assert_eq!(budget("caches=12500"), "12,500 records");
         assert_eq!(budget("seconds=0.5"), format!("0.5 {}", SECONDS.heading));
         assert_eq!(budget("samples=1"), "1 path a pixel");
-        assert_eq!(budget("seconds=1"), "1 s");
+        assert_eq!(budget("seconds=1"), "1 CPU s");
         assert_eq!(budget("none"), "none");
     }
 }
