@@ -7,7 +7,7 @@
 //! The machine may be faster or slower than it was, because other programs come and go. What is done of a kind that was
 //! timed before tells by how much; what was spent counts at the pace of its time, and what is open at that of now.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::Job;
 use super::play::renders;
@@ -271,6 +271,16 @@ impl Remaining {
             let known = alike.into_iter().flatten().find_map(Spent::rate);
             known.or_else(|| all.rate())
         };
+        // Whoever comes first may be much faster than all others.
+        let jobs = self
+            .open
+            .iter()
+            .filter(|((kind, ..), open)| *kind == Kind::Job && **open > 0.0);
+        let methods: HashSet<&str> = jobs.map(|((.., label), _)| label.as_str()).collect();
+        let timed = |label: &&&str| by_method.contains_key(&(Kind::Job, **label));
+        if 2 * methods.iter().filter(timed).count() < methods.len() {
+            return None;
+        }
         let (mut at_first, mut untimed) = (self.report_seconds, 0.0);
         for (like, open) in self.open.iter().filter(|(_, open)| **open > 0.0) {
             let (kind, _, label) = like;
@@ -308,6 +318,22 @@ mod tests {
     /// Whether a guess is within a factor of two of what it takes.
     fn is_near(guess: f64, true_seconds: f64) -> bool {
         guess <= 2.0 * true_seconds && guess >= 0.5 * true_seconds
+    }
+
+    #[test]
+    fn nothing_is_told_while_most_methods_are_unknown() {
+        let jobs = planned(
+            "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\nrepeats = 3\n\
+             [[scene]]\nname = 'statues'\n\
+             [[method]]\nid = 'IM'\n[[method]]\nid = 'SD'\n[[method]]\nid = 'VGC'\n",
+        );
+        let jobs: Vec<&Job> = jobs.iter().collect();
+        let mut remaining = Remaining::of(&jobs, |_| true);
+        let of = |label: &str| jobs.iter().find(|job| job.label == label).expect("planned");
+        remaining.job(of("IM"), 1.0, 1.0);
+        assert_eq!(remaining.seconds(), None, "one of three methods");
+        remaining.job(of("SD"), 1.0, 9.0);
+        assert!(remaining.seconds().is_some());
     }
 
     #[test]
