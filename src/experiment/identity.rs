@@ -322,8 +322,8 @@ impl Job {
         let shared = technique.map_or_else(toml::Table::new, |t| self.parameters_by_use(t).1);
         let mut seen = json!(view);
         if let (true, Some(parts)) = (view.shift == [0.0; 2], seen.as_object_mut()) {
-            // What few views have is not part of the keys of others.
-            parts.remove("shift");
+            // What few views have is not part of the keys of others, whose order stays.
+            parts.shift_remove("shift");
         }
         let mut shown = vec![
             json!(FORMAT),

@@ -136,3 +136,18 @@ fn the_order_of_parameters_does_not_matter_and_their_values_do() {
     assert_ne!(key("a = inf"), key("a = nan"));
     assert_ne!(key("a = 1"), key("a = 1.5"));
 }
+
+/// Keys of 2026-11-29. Where they change on purpose (another `FORMAT`, technique or scene), these change; else stores of
+/// references that users have would be rendered again for nothing.
+#[test]
+fn references_of_earlier_programs_are_found() {
+    let text = "name = 'n'\ntechnique = 'ambient-occlusion'\ncaches = 60\nsize = [48, 27]\n\
+                [[scene]]\nname = 'statues'\n[[scene]]\nname = 'atrium'\n[[method]]\nid = 'IM'\n";
+    let source = crate::experiment::Source {
+        text: text.into(),
+        ..Default::default()
+    };
+    let (_, plan) = crate::experiment::plan(&source, &[]).expect("a plan");
+    let keys: Vec<&str> = plan.jobs.iter().map(|job| job.reference.as_str()).collect();
+    assert_eq!(keys, ["effc041d378e6b4a", "72d146cca574e5cd"]);
+}
