@@ -377,6 +377,8 @@ fn primaries_of_radiance_files_are_converted() {
     for same in [
         "0.64 0.33 0.29 0.60 0.15 0.06 0.3333 0.3333",
         "0.640 0.330 0.300 0.600 0.150 0.060 0.3127 0.3290",
+        // Photoshop's, in many published maps.
+        "0 0 0 0 0 0 0 0",
     ] {
         assert_eq!(with(same).unwrap(), plain);
     }

@@ -54,7 +54,7 @@ impl HdrHeader {
                         format!("its {name}={value} is left out: values are linear, pixels square");
                     header.unheeded.push(note);
                 }
-                "PRIMARIES" => header.primaries = Some(primaries(value)?),
+                "PRIMARIES" => header.primaries = primaries(value)?,
                 _ => {}
             }
         }
@@ -116,12 +116,13 @@ impl HdrHeader {
     }
 }
 
-/// Eight numbers: x and y of red, green, blue and white.
-fn primaries(value: &str) -> Result<[[f32; 2]; 4], String> {
+/// Eight numbers: x and y of red, green, blue and white. Photoshop writes zeros where it knows none.
+fn primaries(value: &str) -> Result<Option<[[f32; 2]; 4]>, String> {
     let words = value.split_whitespace().map(str::parse::<f32>);
     let numbers: Vec<f32> = words.filter_map(Result::ok).collect();
     match numbers[..] {
-        [rx, ry, gx, gy, bx, by, wx, wy] => Ok([[rx, ry], [gx, gy], [bx, by], [wx, wy]]),
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0] => Ok(None),
+        [rx, ry, gx, gy, bx, by, wx, wy] => Ok(Some([[rx, ry], [gx, gy], [bx, by], [wx, wy]])),
         _ => Err(format!("PRIMARIES={value} are not eight numbers")),
     }
 }
