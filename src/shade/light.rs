@@ -1,5 +1,6 @@
 //! Choosing a light: emitting triangles, points, parallel light and the environment.
 
+mod batch;
 mod emit;
 mod even;
 mod guide;
@@ -58,10 +59,23 @@ struct FacingPoint {
 }
 
 impl EmittingTriangle {
-    /// The point at a place in [0, 1)², unless it does not shine to a position.
-    fn facing(&self, position: Vec3, [u, v]: [f32; 2]) -> Option<FacingPoint> {
+    /// The point at a place in [0, 1)².
+    fn point(&self, [u, v]: [f32; 2]) -> Vec3 {
         let root = u.sqrt();
-        let point = self.corner + self.edges[0] * (root * (1.0 - v)) + self.edges[1] * (root * v);
+        self.corner + self.edges[0] * (root * (1.0 - v)) + self.edges[1] * (root * v)
+    }
+
+    /// The same, chosen among all lights.
+    fn chosen(&self, at: [f32; 2]) -> ChosenPlace {
+        ChosenPlace {
+            place: LightPlace::Triangle(self.number, at),
+            density: self.pdf_area,
+        }
+    }
+
+    /// The point at a place in [0, 1)², unless it does not shine to a position.
+    fn facing(&self, position: Vec3, at: [f32; 2]) -> Option<FacingPoint> {
+        let point = self.point(at);
         let towards = point - position;
         let distance2 = towards.length_squared();
         let direction = towards.try_normalize()?;
@@ -170,9 +184,8 @@ impl<'a> Lights<'a> {
         let choice = rng.next_f64();
         let [u, v] = [rng.next_f64(), rng.next_f64()];
         let [area, points, parallel, _] = self.groups;
-        if choice < area {
-            let index = self.pick_triangle(choice / area);
-            self.sample_triangle(&self.triangles[index], from, [u as f32, v as f32])
+        if let Some(light) = self.triangle_for(choice) {
+            self.sample_triangle(light, from, [u as f32, v as f32])
         } else if choice < area + points {
             self.sample_point(from, (choice - area) / points)
         } else if choice < area + points + parallel {
@@ -180,6 +193,12 @@ impl<'a> Lights<'a> {
         } else {
             self.sample_environment([u, v], from)
         }
+    }
+
+    /// The emitting triangle that a number in [0, 1) selects among all lights; `None` where it selects another light.
+    fn triangle_for(&self, choice: f64) -> Option<&EmittingTriangle> {
+        let area = self.groups[0];
+        (choice < area).then(|| &self.triangles[self.pick_triangle(choice / area)])
     }
 
     /// The emitting triangle that a number in [0, 1) selects, by power.

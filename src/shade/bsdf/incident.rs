@@ -18,14 +18,24 @@ pub struct Incident {
     power: [Vec<f32>; 3],
     /// How many there are; arrays are longer by [`LANES`] at least, and what lies beyond means nothing.
     len: usize,
+    factors: Factors,
+}
+
+/// Working space: a number of each direction, in loops that processors work through many at a time.
+#[derive(Clone, Debug, Default)]
+struct Factors {
+    /// What power is multiplied by.
+    number: Vec<f32>,
+    /// What facets reflect to the viewer without the Fresnel term.
+    reflected: Vec<f32>,
+    /// Cosine between the direction and the facet that reflects it to the viewer.
+    cosine: Vec<f32>,
 }
 
 /// Directions that are worked on together.
 pub const LANES: usize = 8;
 /// A number of each of them.
-pub type Lanes = [f32; LANES];
-/// Sums of power times a number of each direction: of the base, and of the gloss.
-type Sums = [[Lanes; 3]; 2];
+type Lanes = [f32; LANES];
 
 impl Incident {
     /// Takes all light away.
@@ -33,14 +43,19 @@ impl Incident {
         self.len = 0;
     }
 
-    /// Adds `count` directions that bring the same power each. `made` gives the coordinates of those of a batch of [`LANES`];
-    /// what is beyond `count` in the last batch is left out.
-    #[inline(always)]
-    pub fn add(&mut self, count: usize, power: Vec3, made: impl Fn(usize) -> [Lanes; 3]) {
+    /// Adds `count` directions that bring the same power each. `write` puts their coordinates into three arrays, which are
+    /// longer than `count` by less than [`LANES`], a multiple of that; what lies beyond means nothing.
+    pub fn add(&mut self, count: usize, power: Vec3, write: impl FnOnce([&mut [f32]; 3])) {
         self.make_room(count);
-        for batch in 0..count.div_ceil(LANES) {
-            self.write(self.len + batch * LANES, made(batch), power);
+        let place = self.len..self.len + count.next_multiple_of(LANES);
+        for (array, power) in self.power.iter_mut().zip(power.to_array()) {
+            array[place.clone()].fill(power);
         }
+        write(
+            self.directions
+                .each_mut()
+                .map(|array| &mut array[place.clone()]),
+        );
         self.len += count;
     }
 
@@ -50,16 +65,6 @@ impl Incident {
         if self.power[0].len() < least {
             let arrays = self.directions.iter_mut().chain(&mut self.power);
             arrays.for_each(|array| array.resize(2 * least, 0.0));
-        }
-    }
-
-    fn write(&mut self, at: usize, directions: [Lanes; 3], power: Vec3) {
-        let place = at..at + LANES;
-        for (array, lanes) in self.directions.iter_mut().zip(directions) {
-            array[place.clone()].copy_from_slice(&lanes);
-        }
-        for (array, power) in self.power.iter_mut().zip(power.to_array()) {
-            array[place.clone()].fill(power);
         }
     }
 
@@ -93,12 +98,38 @@ impl Incident {
         (0..self.len()).map(move |i| (at(&self.directions, i), at(&self.power, i)))
     }
 
+    /// All directions, as the material sees them from its viewer.
+    fn seen(&mut self, view: Vec3, turn: f32) -> (Lit<'_>, &mut Factors) {
+        self.pad();
+        let count = self.len;
+        let Factors {
+            number,
+            reflected,
+            cosine,
+        } = &mut self.factors;
+        for array in [number, reflected, cosine] {
+            array.resize(count, 0.0);
+        }
+        let [x, y, z] = &mut self.directions;
+        z[..count].iter_mut().for_each(|z| *z *= turn);
+        let lit = Lit {
+            view,
+            x: &x[..count],
+            y: &y[..count],
+            z: &z[..count],
+            power: self.power.each_ref().map(|power| &power[..count]),
+        };
+        (lit, &mut self.factors)
+    }
+
     /// Adds directions without light until they fill the lanes.
     fn pad(&mut self) {
-        self.make_room(LANES);
-        let padding = [[0.0; LANES], [0.0; LANES], [-1.0; LANES]];
-        self.write(self.len, padding, Vec3::ZERO);
-        self.len = self.len.next_multiple_of(LANES);
+        let missing = self.len.next_multiple_of(LANES) - self.len;
+        self.add(missing, Vec3::ZERO, |[x, y, z]| {
+            x.fill(0.0);
+            y.fill(0.0);
+            z.fill(-1.0);
+        });
     }
 }
 
@@ -106,27 +137,22 @@ impl LocalBsdf<'_> {
     /// The sum of [`LocalBsdf::evaluate`] times power over all directions, up to rounding.
     pub fn scattered(&self, view: Vec3, incident: &mut Incident) -> Vec3 {
         let turn = self.two_sided_turn(view).z;
-        let lit = View {
-            view: view * Vec3::new(1.0, 1.0, turn),
-            turn,
-        };
-        if lit.view.z <= 0.0 {
+        let seen_from = view * Vec3::new(1.0, 1.0, turn);
+        if seen_from.z <= 0.0 {
             return Vec3::ZERO;
         }
         let scattered = match &self.model {
             Model::Diffuse(diffuse) => {
-                incident.pad();
-                let [base, _] = totals(&diffuse_sums(&lit, incident));
-                diffuse.reflectance * std::f32::consts::FRAC_1_PI * base
+                let (lit, factors) = incident.seen(seen_from, turn);
+                diffuse.reflectance * std::f32::consts::FRAC_1_PI * diffuse_sum(&lit, factors)
             }
             Model::Plastic(plastic) if plastic.coating.facets.is_none_or(is_plain) => {
-                incident.pad();
-                plastic.scattered(&lit, incident)
+                let (lit, factors) = incident.seen(seen_from, turn);
+                plastic.scattered(&lit, factors)
             }
             Model::RoughConductor(metal, facets) if is_plain(*facets) => {
-                incident.pad();
-                let [_, gloss] = totals(&metal_sums(&lit, metal, *facets, incident));
-                metal.specular * gloss
+                let (lit, factors) = incident.seen(seen_from, turn);
+                metal.specular * metal_sum(&lit, metal, *facets, factors)
             }
             _ => {
                 let one = |(light, power): (Vec3, Vec3)| self.evaluate(view, light) * power;
@@ -143,86 +169,60 @@ fn is_plain(facets: Microfacets) -> bool {
 }
 
 impl Plastic<'_> {
-    fn scattered(&self, lit: &View, incident: &Incident) -> Vec3 {
+    fn scattered(&self, lit: &Lit, factors: &mut Factors) -> Vec3 {
         let coating = self.coating;
-        let sums = match coating.facets {
-            Some(facets) => coated_sums(lit, coating, facets, incident),
-            None => smooth_sums(lit, coating, incident),
+        let [base, gloss] = match coating.facets {
+            Some(facets) => coated_sums(lit, coating, facets, factors),
+            None => [smooth_sum(lit, coating, factors), Vec3::ZERO],
         };
-        let [base, gloss] = totals(&sums);
         let through = coating.transmittance(lit.view.z) * std::f32::consts::FRAC_1_PI;
         self.base() * through * base + self.specular * gloss
     }
 }
 
-/// Where a surface is seen from, on its lit side.
-struct View {
+/// Light and its viewer, on the lit side of the surface: all arrays are of the same length, a multiple of [`LANES`].
+struct Lit<'a> {
     view: Vec3,
-    /// What z of light is multiplied by.
-    turn: f32,
+    x: &'a [f32],
+    y: &'a [f32],
+    z: &'a [f32],
+    power: [&'a [f32]; 3],
 }
 
-/// Directions that are worked on together, with z on the viewer's side.
-struct Batch {
-    x: Lanes,
-    y: Lanes,
-    z: Lanes,
-    power: [Lanes; 3],
-}
-
-impl View {
+impl Lit<'_> {
+    /// The sum of power times a number of each direction above the surface.
     #[inline(always)]
-    fn batches<'a>(&self, incident: &'a Incident) -> impl Iterator<Item = Batch> + use<'a> {
-        let turn = self.turn;
-        (0..incident.len() / LANES).map(move |batch| {
-            let lanes = |array: &[f32]| {
-                let mut lanes = [0.0; LANES];
-                lanes.copy_from_slice(&array[batch * LANES..][..LANES]);
-                lanes
-            };
-            let [x, y, z] = &incident.directions;
-            Batch {
-                x: lanes(x),
-                y: lanes(y),
-                z: lanes(z).map(|z| z * turn),
-                power: [0, 1, 2].map(|c| lanes(&incident.power[c])),
+    fn sum(&self, number: &[f32]) -> Vec3 {
+        let count = number.len() / LANES * LANES;
+        let [red, green, blue] = self.power;
+        let (red, green, blue) = (&red[..count], &green[..count], &blue[..count]);
+        let (z, number) = (&self.z[..count], &number[..count]);
+        let mut sums = [[0.0; LANES]; 3];
+        for first in (0..count).step_by(LANES) {
+            for lane in 0..LANES {
+                let i = first + lane;
+                let number = if z[i] > 0.0 { number[i] } else { 0.0 };
+                sums[0][lane] += red[i] * number;
+                sums[1][lane] += green[i] * number;
+                sums[2][lane] += blue[i] * number;
             }
-        })
-    }
-}
-
-impl Batch {
-    /// Adds a number of each direction above the surface, times its power.
-    #[inline(always)]
-    fn add(&self, sums: &mut [Lanes; 3], number: &Lanes) {
-        for (channel, sum) in sums.iter_mut().enumerate() {
-            self.add_to(sum, channel, number);
         }
+        Vec3::new(total(&sums[0]), total(&sums[1]), total(&sums[2]))
     }
 
-    /// The same of one channel.
+    /// What facets (GGX) reflect to the viewer, and the cosine of that: `Microfacets::density` and `Microfacets::masking` of
+    /// every direction.
     #[inline(always)]
-    fn add_to(&self, sum: &mut Lanes, channel: usize, number: &Lanes) {
-        for lane in 0..LANES {
-            let number = if self.z[lane] > 0.0 {
-                number[lane]
-            } else {
-                0.0
-            };
-            sum[lane] += self.power[channel][lane] * number;
-        }
-    }
-
-    /// What facets (GGX) reflect to the viewer without the Fresnel term, and the cosine of that: `Microfacets::density` and
-    /// `Microfacets::masking` of eight directions.
-    #[inline(always)]
-    fn reflected(&self, lit: &View, facets: Microfacets, view_masking: f32) -> [Lanes; 2] {
-        let view = lit.view;
+    fn reflect(&self, facets: Microfacets, factors: &mut Factors) {
+        let view = self.view;
         let alpha2 = facets.alpha() * facets.alpha();
-        let scale = view_masking / (4.0 * view.z);
-        let (mut reflected, mut cosine) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let (x, y, z) = (self.x[lane], self.y[lane], self.z[lane]);
+        let scale = facets.masking(view, Vec3::Z) / (4.0 * view.z);
+        let count = self.z.len();
+        let (xs, ys, zs) = (&self.x[..count], &self.y[..count], &self.z[..count]);
+        let reflected = &mut factors.reflected[..count];
+        let cosine = &mut factors.cosine[..count];
+        for i in 0..count {
+            let (x, y, z) = (xs[i], ys[i], zs[i]);
             let (hx, hy, hz) = (view.x + x, view.y + y, view.z + z);
             let inverse = 1.0 / (hx * hx + hy * hy + hz * hz).sqrt();
             let (hx, hy, hz) = (hx * inverse, hy * inverse, hz * inverse);
@@ -232,78 +232,76 @@ impl Batch {
             let density = if density * hz > 1e-20 { density } else { 0.0 };
             let tangent2 = (x * x + y * y) / (z * z) * alpha2;
             let masking = ggx_masking(tangent2);
-            let seen = towards > 0.0 && x * hx + y * hy + z * hz > 0.0;
-            reflected[lane] = if seen { density * masking * scale } else { 0.0 };
-            cosine[lane] = towards;
+            let seen = (towards > 0.0) & (x * hx + y * hy + z * hz > 0.0);
+            reflected[i] = if seen { density * masking * scale } else { 0.0 };
+            cosine[i] = towards;
         }
-        [reflected, cosine]
+    }
+}
+
+#[inline(always)]
+fn total(sums: &Lanes) -> f32 {
+    let [a, b, c, d, e, f, g, h] = *sums;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+impl Factors {
+    /// Puts a number of each direction, made of a number of its own in another array, where power is multiplied.
+    #[inline(always)]
+    fn fill(&mut self, from: &[f32], number: impl Fn(f32) -> f32) -> &[f32] {
+        for (to, &from) in self.number.iter_mut().zip(from) {
+            *to = number(from);
+        }
+        &self.number
+    }
+
+    /// Puts what facets reflect there, with a Fresnel term of the cosine.
+    #[inline(always)]
+    fn gloss(&mut self, fresnel: impl Fn(f32) -> f32) -> &[f32] {
+        let facets = self.reflected.iter().zip(&self.cosine);
+        for (to, (reflected, &cosine)) in self.number.iter_mut().zip(facets) {
+            *to = reflected * fresnel(cosine);
+        }
+        &self.number
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn diffuse_sums(lit: &View, incident: &Incident) -> Sums {
-    let mut sums = Sums::default();
-    for batch in lit.batches(incident) {
-        batch.add(&mut sums[0], &batch.z);
-    }
-    sums
+fn diffuse_sum(lit: &Lit, factors: &mut Factors) -> Vec3 {
+    lit.sum(factors.fill(lit.z, |z| z))
 }
 
 /// Under a smooth coating.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn smooth_sums(lit: &View, coating: &Coating, incident: &Incident) -> Sums {
-    let mut sums = Sums::default();
-    for batch in lit.batches(incident) {
-        let base = batch
-            .z
-            .map(|z| z * (1.0 - fresnel::outside(z.max(0.0), coating.ior)));
-        batch.add(&mut sums[0], &base);
-    }
-    sums
+fn smooth_sum(lit: &Lit, coating: &Coating, factors: &mut Factors) -> Vec3 {
+    let ior = coating.ior;
+    lit.sum(factors.fill(lit.z, |z| z * (1.0 - fresnel::outside(z.max(0.0), ior))))
+}
+
+/// Of the base and of the gloss.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn coated_sums(
+    lit: &Lit,
+    coating: &Coating,
+    facets: Microfacets,
+    factors: &mut Factors,
+) -> [Vec3; 2] {
+    let base = lit.sum(factors.fill(lit.z, |z| z * coating.entering_rough(z)));
+    lit.reflect(facets, factors);
+    let ior = coating.ior;
+    let gloss = lit.sum(factors.gloss(|cosine| fresnel::outside(cosine.max(0.0), ior)));
+    [base, gloss]
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn coated_sums(lit: &View, coating: &Coating, facets: Microfacets, incident: &Incident) -> Sums {
-    let view_masking = facets.masking(lit.view, Vec3::Z);
-    let mut sums = Sums::default();
-    for batch in lit.batches(incident) {
-        let base = batch.z.map(|z| z * coating.entering_rough(z));
-        batch.add(&mut sums[0], &base);
-        let [mut gloss, cosine] = batch.reflected(lit, facets, view_masking);
-        for lane in 0..LANES {
-            gloss[lane] *= fresnel::outside(cosine[lane].max(0.0), coating.ior);
-        }
-        batch.add(&mut sums[1], &gloss);
+fn metal_sum(lit: &Lit, metal: &Conductor, facets: Microfacets, factors: &mut Factors) -> Vec3 {
+    lit.reflect(facets, factors);
+    let mut sum = Vec3::ZERO;
+    for channel in 0..3 {
+        let fresnel = |cosine: f32| metal.channel(channel, cosine.clamp(0.0, 1.0));
+        sum[channel] = lit.sum(factors.gloss(fresnel))[channel];
     }
-    sums
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn metal_sums(lit: &View, metal: &Conductor, facets: Microfacets, incident: &Incident) -> Sums {
-    let view_masking = facets.masking(lit.view, Vec3::Z);
-    let mut sums = Sums::default();
-    for batch in lit.batches(incident) {
-        let [gloss, cosine] = batch.reflected(lit, facets, view_masking);
-        for (channel, sum) in sums[1].iter_mut().enumerate() {
-            let mut coloured = gloss;
-            for lane in 0..LANES {
-                let cosine = cosine[lane].clamp(0.0, 1.0);
-                coloured[lane] *= metal.channel(channel, cosine);
-            }
-            batch.add_to(sum, channel, &coloured);
-        }
-    }
-    sums
-}
-
-fn totals(sums: &Sums) -> [Vec3; 2] {
-    sums.map(|channels| {
-        let sum = |lanes: Lanes| {
-            let half: [f32; 4] = std::array::from_fn(|i| lanes[i] + lanes[i + 4]);
-            (half[0] + half[2]) + (half[1] + half[3])
-        };
-        Vec3::from(channels.map(sum))
-    })
+    sum
 }
 
 #[cfg(test)]
@@ -311,6 +309,14 @@ mod tests {
     use super::super::tests::{bsdf, coatings, models};
     use super::*;
     use crate::sample::{Rng, square_to_hemisphere};
+
+    /// Writes the same direction everywhere.
+    fn along(direction: Vec3) -> impl FnOnce([&mut [f32]; 3]) {
+        move |arrays| {
+            let coordinates = arrays.into_iter().zip(direction.to_array());
+            coordinates.for_each(|(array, coordinate)| array.fill(coordinate));
+        }
+    }
 
     #[test]
     fn sums_over_many_directions_are_those_of_one_after_another() {
@@ -339,7 +345,7 @@ mod tests {
                     };
                     let power = Vec3::new(1.0, 0.1, 3.0) * (1.0 + number as f32);
                     expected += bsdf.evaluate(view, light) * power;
-                    incident.add(1, power, |_| light.to_array().map(|x| [x; LANES]));
+                    incident.add(1, power, along(light));
                 }
                 let found = bsdf.scattered(view, &mut incident);
                 let off = (found - expected).abs().max_element();
@@ -353,10 +359,11 @@ mod tests {
     fn directions_are_counted_and_scaled_from_the_last() {
         let mut incident = Incident::default();
         assert!(incident.is_empty());
-        let two_sides = std::array::from_fn(|lane| if lane == 0 { 1.0 } else { -1.0 });
-        let upright = |z: Lanes| [[0.0; LANES], [0.0; LANES], z];
-        incident.add(2, Vec3::ONE, |_| upright(two_sides));
-        incident.add(1, Vec3::ONE, |_| upright([-1.0; LANES]));
+        incident.add(2, Vec3::ONE, |[x, y, z]| {
+            assert_eq!([x.len(), y.len(), z.len()], [LANES; 3]);
+            z[..2].copy_from_slice(&[1.0, -1.0]);
+        });
+        incident.add(1, Vec3::ONE, along(Vec3::NEG_Z));
         assert_eq!((incident.above(3, 1.0), incident.above(2, -1.0)), (1, 2));
         incident.scale_last(1, 2.0);
         let power: Vec<f32> = incident.iter().map(|(_, power)| power.x).collect();

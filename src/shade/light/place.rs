@@ -59,14 +59,14 @@ impl Lights<'_> {
         if self.is_dark() {
             return None;
         }
-        let at = [rng.next_f32(), rng.next_f32()];
+        self.choose_at(choice, [rng.next_f32(), rng.next_f32()])
+    }
+
+    /// [`Lights::choose`] of something that shines, with the random numbers of the place on it.
+    pub(super) fn choose_at(&self, choice: f64, at: [f32; 2]) -> Option<ChosenPlace> {
         let [area, points, parallel, _] = self.groups;
-        if choice < area {
-            let light = &self.triangles[self.pick_triangle(choice / area)];
-            Some(ChosenPlace {
-                place: LightPlace::Triangle(light.number, at),
-                density: light.pdf_area,
-            })
+        if let Some(light) = self.triangle_for(choice) {
+            Some(light.chosen(at))
         } else if choice < area + points {
             let index = pick(&self.point_power, (choice - area) / points);
             Some(ChosenPlace {

@@ -109,26 +109,22 @@ impl Selecting<'_> {
         let offset = rng.next_f64();
         let mut pool = Vec::with_capacity(all as usize);
         let mut sum = 0.0;
-        for number in 0..all {
-            let chosen = self.lights.choose(even(number, offset, all), rng);
-            let Some(ChosenPlace { place, density }) = chosen else {
-                continue;
-            };
-            // Most candidates are not taken: their shadow rays are left out.
-            let Some(light) = self.lights.unshadowed(&place, at) else {
-                continue;
-            };
-            let added = adds(&light);
-            let weight = f64::from(added / density);
-            if added != 0.0 && !weight.is_finite() {
-                let density = f32::NAN;
-                let arriving = self.lights.arriving(&place, at);
-                selected.extend(arriving.map(|arriving| Selected { arriving, density }));
-            } else if weight > 0.0 {
-                sum += weight;
-                pool.push(Candidate { place, added, sum });
-            }
-        }
+        let choices = (0..all).map(|number| even(number, offset, all));
+        // Most candidates are not taken: their shadow rays are left out.
+        self.lights
+            .each_unshadowed(choices, rng, at, |chosen, light| {
+                let ChosenPlace { place, density } = chosen;
+                let added = adds(&light);
+                let weight = f64::from(added / density);
+                if added != 0.0 && !weight.is_finite() {
+                    let density = f32::NAN;
+                    let arriving = self.lights.arriving(&place, at);
+                    selected.extend(arriving.map(|arriving| Selected { arriving, density }));
+                } else if weight > 0.0 {
+                    sum += weight;
+                    pool.push(Candidate { place, added, sum });
+                }
+            });
         let offset = rng.next_f64();
         for number in 0..count {
             let place = sum * even(number, offset, count);

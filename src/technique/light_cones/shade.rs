@@ -3,6 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::Vec3;
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
@@ -12,7 +13,7 @@ use super::texels::Surfaces;
 use crate::cache::cones::Storage;
 use crate::image::Image;
 use crate::sample::Rng;
-use crate::shade::bsdf::{Incident, LANES, Lanes};
+use crate::shade::bsdf::{Incident, LANES};
 use crate::shade::{Depths, Interaction};
 use crate::technique::Shot;
 use crate::trace::{Caster, Ray, RayCounter};
@@ -73,7 +74,7 @@ impl Shading<'_> {
     pub fn image(&self, sight: &Sight, counter: &RayCounter) -> Shaded {
         let mut image = Image::new(self.shot.width, self.shot.height);
         let width = self.shot.width.max(1);
-        let turns = turns(self.parameters.shading_samples);
+        let turns = Turns::new(self.parameters.shading_samples);
         let start = || Workplace {
             caster: self.shot.tracer.caster(counter),
             texels: ShownTexels::default(),
@@ -100,7 +101,7 @@ impl Shading<'_> {
         &self,
         workplace: &mut Workplace,
         sight: &Sight,
-        turns: &[Turns],
+        turns: &Turns,
         first: usize,
         pixels: &mut [[f32; 3]],
     ) {
@@ -131,7 +132,7 @@ impl Shading<'_> {
     fn radiance(
         &self,
         workplace: &mut Workplace,
-        turns: &[Turns],
+        turns: &Turns,
         ray: Ray,
         look: Option<Look>,
         rng: &mut Rng,
@@ -194,7 +195,7 @@ impl Shading<'_> {
         cone: &ShownCone,
         weight: f32,
         incident: &mut Incident,
-        turns: &[Turns],
+        turns: &Turns,
     ) -> Vec3 {
         if let Some(scattering) = at.lambertian() {
             let height = cone.frame.normal.dot(at.facing_shading_normal());
@@ -209,21 +210,12 @@ impl Shading<'_> {
         let part = weight / samples as f32;
         let [across, along, axis] =
             [cone.frame.tangent, cone.frame.bitangent, cone.frame.normal].map(|v| at.to_local(v));
-        let step = cone.height / samples as f32;
-        incident.add(samples, cone.light * part, |batch| {
-            let Turns { cosines, sines } = &turns[batch];
-            let mut directions = [[0.0; LANES]; 3];
-            let [x, y, z] = &mut directions;
-            for lane in 0..LANES {
-                let depth = ((batch * LANES + lane) as f32 + 0.5) * step;
-                let sine = (depth * (2.0 - depth)).max(0.0).sqrt();
-                let (right, up) = (sine * cosines[lane], sine * sines[lane]);
-                let ahead = 1.0 - depth;
-                x[lane] = across.x * right + along.x * up + axis.x * ahead;
-                y[lane] = across.y * right + along.y * up + axis.y * ahead;
-                z[lane] = across.z * right + along.z * up + axis.z * ahead;
-            }
-            directions
+        let spread = Spread {
+            axes: [across, along, axis],
+            step: cone.height / samples as f32,
+        };
+        incident.add(samples, cone.light * part, |directions| {
+            fill(&spread, turns, directions);
         });
         if self.parameters.horizon == Horizon::Renormalised {
             let above = incident.above(samples, at.viewer_side()).max(1);
@@ -250,21 +242,46 @@ impl Shading<'_> {
     }
 }
 
-/// Turns of directions around the axis of their cone, one batch after another.
+/// Turns of directions around the axis of their cone, one after another.
 struct Turns {
-    cosines: Lanes,
-    sines: Lanes,
+    cosines: Vec<f32>,
+    sines: Vec<f32>,
 }
 
-/// Those of at least `count` directions.
-fn turns(count: u32) -> Vec<Turns> {
-    let batches = (count as usize).div_ceil(LANES);
-    let of_batch = |batch: usize| {
-        let angle = |lane| TAU * ((batch * LANES + lane) as f32 * GOLDEN_TURN).fract();
-        Turns {
-            cosines: std::array::from_fn(|lane| angle(lane).cos()),
-            sines: std::array::from_fn(|lane| angle(lane).sin()),
+impl Turns {
+    /// Those of at least `count` directions.
+    fn new(count: u32) -> Self {
+        let count = (count as usize).next_multiple_of(LANES);
+        let angle = |i: usize| TAU * (i as f32 * GOLDEN_TURN).fract();
+        Self {
+            cosines: (0..count).map(|i| angle(i).cos()).collect(),
+            sines: (0..count).map(|i| angle(i).sin()).collect(),
         }
-    };
-    (0..batches).map(of_batch).collect()
+    }
+}
+
+/// Directions that spread evenly over a cone.
+struct Spread {
+    /// Two across the axis, and the axis.
+    axes: [Vec3; 3],
+    /// From one direction to the next, of 1 minus the cosine to the axis.
+    step: f32,
+}
+
+/// Puts directions of a cone into arrays, one a coordinate.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn fill(spread: &Spread, turns: &Turns, [x, y, z]: [&mut [f32]; 3]) {
+    let [across, along, axis] = spread.axes;
+    let count = x.len();
+    let (y, z) = (&mut y[..count], &mut z[..count]);
+    let (cosines, sines) = (&turns.cosines[..count], &turns.sines[..count]);
+    for i in 0..count {
+        let depth = (i as i32 as f32 + 0.5) * spread.step;
+        let sine = (depth * (2.0 - depth)).max(0.0).sqrt();
+        let (right, up) = (sine * cosines[i], sine * sines[i]);
+        let ahead = 1.0 - depth;
+        x[i] = across.x * right + along.x * up + axis.x * ahead;
+        y[i] = across.y * right + along.y * up + axis.y * ahead;
+        z[i] = across.z * right + along.z * up + axis.z * ahead;
+    }
 }
