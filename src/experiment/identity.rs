@@ -71,7 +71,7 @@ pub fn scene_key(description: &SceneDescription) -> String {
         shown.push(json!(motions));
     }
     if *hides_lights {
-        shown.push(json!("hides lights"));
+        shown.push(json!("hides lights, and the sky behind masks"));
     }
     hash(&Value::from(shown).to_string())
 }

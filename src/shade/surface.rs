@@ -374,6 +374,11 @@ impl Interaction<'_> {
 
     /// See [`LocalBsdf::gloss_chance`].
     pub fn gloss_chance(&self) -> f32 {
+    /// Whether a sampled direction goes on as if the surface were not there: through its opacity mask, or a pane.
+    pub fn goes_straight(&self, sample: &BsdfSample) -> bool {
+        sample.delta && self.bsdf.may_be_passed() && sample.direction.dot(self.view) < -0.999_999
+    }
+
         self.bsdf.gloss_chance(self.local_view)
     }
 

@@ -79,6 +79,11 @@ impl LocalBsdf<'_> {
         model || self.opacity < 1.0
     }
 
+    /// Whether light can go straight on, through an opacity mask or a pane.
+    pub fn may_be_passed(&self) -> bool {
+        self.opacity < 1.0 || matches!(&self.model, Model::Dielectric(glass) if glass.thin)
+    }
+
     /// Scattering × |cosine of `light`|, without delta parts.
     pub fn evaluate(&self, view: Vec3, light: Vec3) -> Vec3 {
         let [view, light] = self.turned(view, light);
