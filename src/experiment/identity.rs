@@ -199,6 +199,7 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             sun_irradiance,
             sky,
             scale,
+            sun_aperture_deg,
         } => {
             let albedo = match *albedo {
                 [r, g, b] if [g, b] == [r; 2] => json!(r),
@@ -210,6 +211,9 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             }
             if let (true, Some(parts)) = (*zenith != DVec3::Y, sky.as_array_mut()) {
                 parts.push(json!(zenith));
+            if let (Some(aperture), Some(parts)) = (sun_aperture_deg, sky.as_array_mut()) {
+                parts.push(json!(["aperture", aperture]));
+            }
             }
             sky
         }
