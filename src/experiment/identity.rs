@@ -128,6 +128,7 @@ fn material(material: &Material) -> Value {
         bsdf,
         two_sided,
         back,
+        blend,
         opacity,
         bump,
         normals,
@@ -136,6 +137,7 @@ fn material(material: &Material) -> Value {
     let mut parts = vec![json!(bsdf), json!(two_sided), json!(opacity), json!(bump)];
     parts.extend(normals.map(|normals| json!(normals)));
     parts.extend(back.map(|back| json!(["back", back])));
+    parts.extend(blend.map(|blend| json!(["blend", blend])));
     if *soft_terminators {
         parts.push(json!("soft terminators"));
     }
@@ -197,9 +199,9 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             albedo,
             sun,
             sun_irradiance,
+            sun_aperture_deg,
             sky,
             scale,
-            sun_aperture_deg,
         } => {
             let albedo = match *albedo {
                 [r, g, b] if [g, b] == [r; 2] => json!(r),
@@ -209,11 +211,11 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             if let (Some(irradiance), Some(parts)) = (sun_irradiance, sky.as_array_mut()) {
                 parts.push(json!(["sun", irradiance]));
             }
-            if let (true, Some(parts)) = (*zenith != DVec3::Y, sky.as_array_mut()) {
-                parts.push(json!(zenith));
             if let (Some(aperture), Some(parts)) = (sun_aperture_deg, sky.as_array_mut()) {
                 parts.push(json!(["aperture", aperture]));
             }
+            if let (true, Some(parts)) = (*zenith != DVec3::Y, sky.as_array_mut()) {
+                parts.push(json!(zenith));
             }
             sky
         }

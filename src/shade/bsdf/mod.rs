@@ -48,7 +48,7 @@ pub enum Model<'a> {
     Mirror(Conductor),
     /// A metal with its microfacets.
     RoughConductor(Conductor, Microfacets),
-    /// Smooth glass, or a thin pane.
+    /// Clear or frosted glass, or a thin pane.
     Dielectric(Dielectric),
 }
 
@@ -127,7 +127,7 @@ impl LocalBsdf<'_> {
             Model::Plastic(m) => m.sample(view, choice, [u[1], u[2]]),
             Model::Mirror(m) => m.sample_mirror(view),
             Model::RoughConductor(m, facets) => m.sample(*facets, view, [u[1], u[2]]),
-            Model::Dielectric(m) => m.sample(view, choice),
+            Model::Dielectric(m) => m.sample(view, [choice, u[1], u[2]]),
         }?;
         sample.direction *= turn;
         sample.pdf_sr *= self.opacity;
