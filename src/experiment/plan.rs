@@ -371,6 +371,8 @@ impl Planner<'_> {
     }
 
     fn add_scene(
+            limits::check_label(&label)
+                .map_err(|message| self.source.error(&["method", &index, "label"], message))?;
         &mut self,
         plan: &mut Plan,
         scene: &FoundScene,
