@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 /// Writes a file through a temporary name beside it, so that `path` never holds half a file; a
 /// missing parent folder is created. `fail` wraps the errors of the system.
 ///
+/// A link stays: the file that it names is written. What is neither file nor folder, such as a pipe or `/dev/stdout`, is
+/// written to and not replaced.
+///
 /// # Errors
 /// Those of `write` and of the system. The temporary file is removed then, and an earlier file at
 /// `path` is left as it was.
@@ -16,6 +19,14 @@ pub fn write_with<E>(
     fail: impl Fn(io::Error) -> E,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), E> {
+    if fs::metadata(path).is_ok_and(|known| !known.is_file() && !known.is_dir()) {
+        let mut writer = BufWriter::new(File::create(path).map_err(&fail)?);
+        write(&mut writer)?;
+        return writer.flush().map_err(&fail);
+    }
+    let is_link = fs::symlink_metadata(path).is_ok_and(|known| known.is_symlink());
+    let named = is_link.then(|| fs::canonicalize(path).ok()).flatten();
+    let path = named.as_deref().unwrap_or(path);
     if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
         fs::create_dir_all(parent).map_err(&fail)?;
     }
@@ -58,6 +69,25 @@ fn temporary_name(path: &Path) -> io::Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_devices_stay() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [file, link] = ["a.txt", "link"].map(|name| folder.path().join(name));
+        write(&file, "old").expect("writable");
+        std::os::unix::fs::symlink(&file, &link).expect("a link");
+        write(&link, "new").expect("writable");
+        assert!(fs::symlink_metadata(&link).expect("there").is_symlink());
+        assert_eq!(fs::read(&file).expect("there"), b"new");
+        // A link to a device, since who may replace files in /dev would do so where this fails.
+        let device = folder.path().join("device");
+        std::os::unix::fs::symlink("/dev/null", &device).expect("a link");
+        write(&device, "new").expect("writable");
+        assert!(fs::symlink_metadata(&device).expect("there").is_symlink());
+        assert_eq!(fs::read(&device).expect("there"), b"");
+        assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 3);
+    }
 
     #[test]
     fn a_failed_write_keeps_the_old_file_and_leaves_nothing_behind() {

@@ -113,6 +113,7 @@ fn lossless_glass_disappears_at_any_depth() {
                 thin,
                 reflectance: [1.0; 3],
                 transmittance: [1.0; 3],
+                roughness: None,
             },
             two_sided: false,
             ..Material::diffuse("glass", [0.0; 3])

@@ -43,8 +43,8 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
         }
     }
     let jobs = Jobs {
-        planned: plan.jobs.len(),
-        missing: cases.missing(&plan.jobs).len(),
+        planned: plan.jobs.len() + plan.in_other_shards(),
+        missing: cases.missing(&plan.jobs).len() + plan.in_other_shards(),
         failed: cases.failed().count(),
         notes: notes(&plan, &cases),
     };
@@ -66,7 +66,18 @@ fn notes(plan: &Plan, cases: &Cases) -> Vec<String> {
     let of_rows = of_rows
         .iter()
         .map(|note| format!("{}: {}", note.runs.join(", "), note.text));
-    plan.notes.iter().cloned().chain(of_rows).collect()
+    let absent = match plan.in_other_shards() {
+        0 => None,
+        jobs => Some(format!(
+            "{jobs} jobs are in shards that are not here: `merge` them first"
+        )),
+    };
+    plan.notes
+        .iter()
+        .cloned()
+        .chain(absent)
+        .chain(of_rows)
+        .collect()
 }
 
 impl Jobs {

@@ -20,6 +20,9 @@ use crate::suggest::advice;
 /// Prints the lights, as JSON or a line each, and draws them with `--out`.
 pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     set_threads(args.threads)?;
+    if args.budget == 0 {
+        return Err(Failure::usage("--budget 0: expected 1 light at least"));
+    }
     let sampler = sampler(args)?;
     let description = find_environment(&args.map)?;
     let map = Environment::from_description(&description)?;

@@ -12,9 +12,10 @@ use crate::standard_error::tell;
 
 /// Takes every job once, finished ones before failed ones, unites the plans and rebuilds the report.
 pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
-    let stores = args
-        .folders
-        .iter()
+    // What lies in the target is a part of it.
+    let target = Some(&args.out).filter(|out| out.join("plan.json").is_file());
+    let parts = args.folders.iter().chain(target);
+    let stores = parts
         .map(|folder| Store::open(folder))
         .collect::<Result<Vec<_>, _>>()?;
     let plans = stores
@@ -29,8 +30,13 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
         )));
     }
     let mut seen = HashSet::new();
+    united.sharded = plans.iter().filter_map(|plan| plan.sharded).max();
     united.jobs = plans.into_iter().flat_map(|p| p.jobs).collect();
     united.jobs.retain(|job| seen.insert(job.place()));
+    if united.in_other_shards() > 0 {
+        let jobs = united.in_other_shards();
+        tell!("note: {jobs} jobs are in shards that are not among these folders");
+    }
     // All that is read of the parts is read before anything is written: one of them may be the target.
     let config = stores[0].config_text()?;
     let target = Store::create(&args.out)?;
@@ -38,6 +44,10 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     for store in &stores {
         provenance.unite(Provenance::of(store));
     }
+    united
+        .jobs
+        .iter()
+        .for_each(|job| tell_of_other_results(&target, &stores, &job.id));
     let ids: HashSet<&str> = united.jobs.iter().map(|job| job.id.as_str()).collect();
     let adopted = |id| adopt_best(&target, &stores, id).transpose();
     let rows = ids.into_par_iter().filter_map(adopted);
@@ -51,6 +61,23 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let written = crate::report::write_known(&args.out, united, rows)?;
     out::write(written.summary);
     Ok(exit::OK)
+}
+
+/// Says where the target or parts finished the same job with different results, of which the first is taken.
+fn tell_of_other_results(target: &Store, parts: &[Store], id: &str) {
+    let finished = |part| Some((part, Store::row(part, id).filter(Row::ok)?));
+    let all = std::iter::once(target).chain(parts);
+    let mut finished = all.filter_map(finished);
+    let Some((first, row)) = finished.next() else {
+        return;
+    };
+    for (other, differing) in finished.filter(|(_, other)| other.rmse != row.rmse) {
+        let [ours, theirs] = [first, other].map(|store| store.folder.display());
+        let [kept, left_out] = [row.rmse, differing.rmse].map(|rmse| rmse.unwrap_or(f64::NAN));
+        tell!(
+            "warning: job {id} has an RMSE of {kept} in {ours} and of {left_out} in {theirs}: the first is taken"
+        );
+    }
 }
 
 /// Brings the references of the jobs to the store beside the merged folder, where reports look for them.

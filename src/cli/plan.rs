@@ -92,7 +92,9 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
         let jobs = std::mem::take(&mut planned.plan.jobs);
         let alike = jobs.chunk_by(|a, b| a.scene == b.scene);
         scenes.extend(alike.map(|jobs| jobs[0].scene.clone()));
-        planned.plan.jobs = filter.select(jobs);
+        let selected = filter.selected(jobs);
+        planned.plan.sharded = filter.is_shard().then_some(selected.len());
+        planned.plan.jobs = filter.own(selected);
     }
     if all.iter().all(|p| p.plan.jobs.is_empty()) {
         let scenes: Vec<String> = scenes.into_iter().collect();
@@ -139,14 +141,22 @@ impl Filter {
         })
     }
 
-    fn select(&self, jobs: Vec<Job>) -> Vec<Job> {
+    fn is_shard(&self) -> bool {
+        self.shard.1 > 1
+    }
+
+    /// Those of the scenes and methods that are asked for.
+    fn selected(&self, jobs: Vec<Job>) -> Vec<Job> {
         let matches = |glob: &Option<globset::GlobMatcher>, name: &str| {
             glob.as_ref().is_none_or(|g| g.is_match(name))
         };
-        let mut selected: Vec<Job> = jobs
-            .into_iter()
+        jobs.into_iter()
             .filter(|j| matches(&self.scene, &j.scene) && matches(&self.method, &j.label))
-            .collect();
+            .collect()
+    }
+
+    /// Those of this shard.
+    fn own(&self, mut selected: Vec<Job>) -> Vec<Job> {
         let own = self.shard_of(&selected);
         let mut own = own.into_iter();
         selected.retain(|_| own.next().unwrap_or(false));

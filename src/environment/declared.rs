@@ -27,6 +27,7 @@ impl Environment {
                 albedo,
                 sun,
                 sun_irradiance,
+                sun_aperture_deg,
                 sky,
                 scale,
             } => {
@@ -41,6 +42,7 @@ impl Environment {
                     albedo: *albedo,
                     sun: *sun,
                     sun_irradiance: *sun_irradiance,
+                    sun_aperture_deg: *sun_aperture_deg,
                     sky: *sky,
                 })?;
                 let options = EnvironmentOptions {

@@ -49,6 +49,8 @@ pub enum EnvironmentDescription {
         sun: bool,
         /// Of a surface that faces the sun, before the factor; `None` follows from the turbidity.
         sun_irradiance: Option<[f32; 3]>,
+        /// How wide its disc is, degrees; `None` as from the earth.
+        sun_aperture_deg: Option<f64>,
         /// Whether the sky shines.
         sky: bool,
         /// Factor on the model's radiance.

@@ -22,6 +22,9 @@ pub struct SunSky {
     pub sun: bool,
     /// Of a surface that faces the sun, W/(m² nm); `None` follows from the turbidity.
     pub sun_irradiance: Option<[f32; 3]>,
+    /// How wide its disc is, degrees; the same light comes from it. `None` is the sun as it is seen from the earth, and
+    /// those narrower than 0.1 degrees are as wide as that.
+    pub sun_aperture_deg: Option<f64>,
     /// Whether the sky shines.
     pub sky: bool,
 }
@@ -79,7 +82,9 @@ pub fn sun_sky_image(sky: &SunSky) -> Result<Image, EnvironmentError> {
             Some(irradiance) => irradiance.map(f64::from),
             None => sun_irradiance(sun.y, f64::from(sky.turbidity)),
         };
-        add_sun(&mut image, sun, irradiance);
+        let aperture = sky.sun_aperture_deg;
+        let radius = aperture.map_or(SUN_RADIUS_RAD, |a| (0.5 * a.max(0.1)).to_radians());
+        add_sun(&mut image, [sun, DVec3::from(irradiance)], radius);
     }
     Ok(image)
 }
@@ -116,9 +121,9 @@ fn sun_irradiance(cos_zenith: f64, turbidity: f64) -> [f64; 3] {
 }
 
 /// Spreads the disc over the texels it covers, by 32² points a texel.
-fn add_sun(image: &mut Image, sun: DVec3, irradiance: [f64; 3]) {
+fn add_sun(image: &mut Image, [sun, irradiance]: [DVec3; 2], radius_rad: f64) {
     const POINTS: usize = 32;
-    let limit = (2.0 * SUN_RADIUS_RAD).max(2.0 * PI / HEIGHT as f64);
+    let limit = radius_rad + 2.0 * PI / HEIGHT as f64;
     let solid_angle = |y: usize| {
         let cos = |edge: usize| (PI * edge as f64 / HEIGHT as f64).cos();
         TAU / WIDTH as f64 * (cos(y) - cos(y + 1))
@@ -134,7 +139,7 @@ fn add_sun(image: &mut Image, sun: DVec3, irradiance: [f64; 3]) {
         let inside = (0..POINTS * POINTS)
             .filter(|k| {
                 let d = direction(x + point(k % POINTS), y + point(k / POINTS));
-                d.y >= 0.0 && d.angle_between(sun) <= SUN_RADIUS_RAD
+                d.y >= 0.0 && d.angle_between(sun) <= radius_rad
             })
             .count();
         let share = inside as f64 / (POINTS * POINTS) as f64;
@@ -147,7 +152,7 @@ fn add_sun(image: &mut Image, sun: DVec3, irradiance: [f64; 3]) {
         return;
     }
     for (i, share) in covered {
-        for (value, irradiance) in image.pixels[i].iter_mut().zip(irradiance) {
+        for (value, irradiance) in image.pixels[i].iter_mut().zip(irradiance.to_array()) {
             *value += (irradiance * share / total) as f32;
         }
     }
@@ -166,6 +171,7 @@ mod tests {
             turbidity: 3.0,
             albedo: [0.2; 3],
             sun_irradiance: None,
+            sun_aperture_deg: None,
             sun,
             sky,
         }
@@ -195,6 +201,31 @@ mod tests {
                     (power / expected - 1.0).abs() < 1e-3,
                     "{elevation}: {power}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn a_wide_sun_has_the_power_of_a_small_one() {
+        let power_and_brightest = |sun_aperture_deg: Option<f64>| {
+            let wide = SunSky {
+                sun_aperture_deg,
+                ..sky(40.0, true, false)
+            };
+            let image = sun_sky_image(&wide).expect("sky");
+            let pixels = image.pixels.iter();
+            let brightest = pixels.fold(0.0, |most, pixel| f64::from(pixel[1]).max(most));
+            let map = Environment::from_image(&image, &EnvironmentOptions::default());
+            (map.expect("map").total_power()[1], brightest)
+        };
+        let (power, _) = power_and_brightest(None);
+        for aperture_deg in [0.0, 0.5, 4.0, 20.0] {
+            let (wide, brightest) = power_and_brightest(Some(aperture_deg));
+            assert!((wide / power - 1.0).abs() < 1e-3, "{aperture_deg}: {wide}");
+            let disc = TAU * (1.0 - (0.5 * f64::to_radians(aperture_deg)).cos());
+            if aperture_deg > 1.0 {
+                let even = power / disc;
+                assert!((brightest / even - 1.0).abs() < 0.01, "{brightest} {even}");
             }
         }
     }

@@ -10,6 +10,12 @@
 //! for another scene than the one at hand, `LABEL@SCENE (VIEW)` where several of its views occur, `LABEL@*`
 //! for the mean over all scenes), columns those of `rows.csv`.
 
+/// Longest text of a comparison, bytes.
+const MAX_LENGTH: usize = 4096;
+
+/// How deep parentheses may nest.
+const MAX_DEPTH: usize = 64;
+
 /// A parsed comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
@@ -43,7 +49,17 @@ impl Expression {
     /// # Errors
     /// A sentence that says what is expected, and where.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let mut parser = Parser { text, at: 0 };
+        if text.len() > MAX_LENGTH {
+            let length = text.len();
+            return Err(format!(
+                "a comparison has {MAX_LENGTH} characters at most, this one {length}"
+            ));
+        }
+        let mut parser = Parser {
+            text,
+            at: 0,
+            depth: 0,
+        };
         let left = parser.sum()?;
         parser.skip_space();
         let operator = parser
@@ -66,12 +82,18 @@ impl Expression {
         } else {
             (left, right)
         };
-        Ok(Self {
+        let parsed = Self {
             smaller,
             larger,
             or_equal,
             larger_first,
-        })
+        };
+        match parsed.names().is_empty() {
+            true => Err(format!(
+                "`{text}` compares numbers alone: name a column of a method, such as rmse(VGC)"
+            )),
+            false => Ok(parsed),
+        }
     }
 
     /// Whether it holds where both sides are the same: `<=` and `>=`.
@@ -120,7 +142,11 @@ impl Term {
                 .map(|t| t.evaluate(value))
                 .collect::<Option<Vec<f64>>>()?
                 .into_iter()
-                .reduce(if *largest { f64::max } else { f64::min }),
+                .reduce(|a, b| match (a.is_nan() || b.is_nan(), largest) {
+                    (true, _) => f64::NAN,
+                    (false, true) => a.max(b),
+                    (false, false) => a.min(b),
+                }),
         }
     }
 
@@ -140,6 +166,8 @@ impl Term {
 struct Parser<'a> {
     text: &'a str,
     at: usize,
+    /// Parentheses that are open.
+    depth: usize,
 }
 
 impl<'a> Parser<'a> {
@@ -163,10 +191,15 @@ impl<'a> Parser<'a> {
     }
 
     fn sum(&mut self) -> Result<Term, String> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(format!("parentheses nest more than {MAX_DEPTH} deep"));
+        }
         let mut term = self.product()?;
         while let Some(operator) = self.accept(&['+', '-']) {
             term = Term::Operation(operator, Box::new(term), Box::new(self.product()?));
         }
+        self.depth -= 1;
         Ok(term)
     }
 
@@ -285,6 +318,37 @@ mod tests {
         ] {
             let expression = Expression::parse(text).expect("parses");
             assert_eq!(expression.or_equal(), or_equal, "{text}");
+        }
+    }
+
+    #[test]
+    fn comparisons_of_numbers_alone_say_nothing() {
+        for text in ["1 < 2", "min(1, 2) <= 3 * 4"] {
+            let message = Expression::parse(text).expect_err(text);
+            assert!(message.contains("numbers alone"), "{message}");
+        }
+    }
+
+    #[test]
+    fn nesting_is_bounded() {
+        let nested = |depth| format!("{}rmse(A){} < 1", "(".repeat(depth), ")".repeat(depth));
+        Expression::parse(&nested(50)).expect("parses");
+        for (depth, expected) in [(1000, "64 deep"), (200_000, "4096 characters at most")] {
+            let message = Expression::parse(&nested(depth)).expect_err("too deep");
+            assert!(
+                message.contains(expected) && message.len() < 200,
+                "{message}"
+            );
+        }
+    }
+
+    /// The smaller of a number and none is none: a gate must not look past it.
+    #[test]
+    fn extremes_do_not_leave_out_what_is_no_number() {
+        let value = |column: &str, _: &str| Some(if column == "rmse" { f64::NAN } else { 0.5 });
+        for text in ["max(rmse(A), mae(A)) < 1", "min(mae(A), rmse(A)) < 1"] {
+            let measured = Expression::parse(text).expect("parses").measure(&value);
+            assert!(measured.expect("both sides").smaller.is_nan(), "{text}");
         }
     }
 

@@ -71,7 +71,7 @@ pub fn scene_key(description: &SceneDescription) -> String {
         shown.push(json!(motions));
     }
     if *hides_lights {
-        shown.push(json!("hides lights"));
+        shown.push(json!("hides lights, and the sky behind masks"));
     }
     hash(&Value::from(shown).to_string())
 }
@@ -128,6 +128,7 @@ fn material(material: &Material) -> Value {
         bsdf,
         two_sided,
         back,
+        blend,
         opacity,
         bump,
         normals,
@@ -136,6 +137,7 @@ fn material(material: &Material) -> Value {
     let mut parts = vec![json!(bsdf), json!(two_sided), json!(opacity), json!(bump)];
     parts.extend(normals.map(|normals| json!(normals)));
     parts.extend(back.map(|back| json!(["back", back])));
+    parts.extend(blend.map(|blend| json!(["blend", blend])));
     if *soft_terminators {
         parts.push(json!("soft terminators"));
     }
@@ -197,6 +199,7 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             albedo,
             sun,
             sun_irradiance,
+            sun_aperture_deg,
             sky,
             scale,
         } => {
@@ -207,6 +210,9 @@ fn environment(environment: &EnvironmentDescription) -> Value {
             let mut sky = json!(["sky", sun_direction, turbidity, albedo, sun, sky, scale]);
             if let (Some(irradiance), Some(parts)) = (sun_irradiance, sky.as_array_mut()) {
                 parts.push(json!(["sun", irradiance]));
+            }
+            if let (Some(aperture), Some(parts)) = (sun_aperture_deg, sky.as_array_mut()) {
+                parts.push(json!(["aperture", aperture]));
             }
             if let (true, Some(parts)) = (*zenith != DVec3::Y, sky.as_array_mut()) {
                 parts.push(json!(zenith));

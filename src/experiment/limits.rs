@@ -123,6 +123,11 @@ pub(super) fn check_names(source: &Source, config: &Config) -> Result<(), Config
     let tables = config.table.iter().map(|table| ("table", &table.name));
     let figures = config.figure.iter().map(|figure| ("figure", &figure.name));
     check_folder_name(&config.name).map_err(|message| source.error(&["name"], message))?;
+    for (number, scene) in config.scene.iter().enumerate() {
+        let sound = scene.label.as_deref().map_or(Ok(()), check_label);
+        let place = ["scene", &number.to_string(), "label"];
+        sound.map_err(|message| source.error(&place, message))?;
+    }
     let mut numbers: HashMap<&str, usize> = HashMap::new();
     let mut taken = HashSet::new();
     for (list, name) in tables.chain(figures) {
@@ -150,17 +155,39 @@ pub(crate) fn check_folder_name(name: &str) -> Result<(), String> {
     }
 }
 
+/// Whether tables can show a label.
+pub(super) fn check_label(label: &str) -> Result<(), String> {
+    match label.trim().is_empty() || label.contains(char::is_control) || label.len() > 200 {
+        true => Err(format!(
+            "label: expected a word or some, without control characters, found {label:?}"
+        )),
+        false => Ok(()),
+    }
+}
+
+/// Names that Windows keeps for devices, whatever follows a dot.
+const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+
+/// Whether a character turns the direction of text, so that a name would look like another.
+fn turns_text(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 /// Whether a name is that of one folder or file, everywhere.
 pub(super) fn check_name(name: &str) -> Result<(), String> {
-    let refused = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    let refused = |c: char| c.is_control() || turns_text(c) || "/\\:*?\"<>|".contains(c);
+    let stem = name.split('.').next().unwrap_or_default().trim_end();
     let sound = !name.trim().is_empty()
-        && !matches!(name, "." | "..")
+        && !name.ends_with(['.', ' '])
+        && !DEVICES
+            .iter()
+            .any(|device| stem.eq_ignore_ascii_case(device))
         && name.len() <= 200
         && !name.contains(refused);
     match sound {
         true => Ok(()),
         false => Err(format!(
-            "name: expected the name of one folder, without separators, control characters and any of :*?\"<>|, found {name:?}"
+            "name: expected the name of one folder on any system, without separators, control characters, any of :*?\"<>| and a dot at its end, found {name:?}"
         )),
     }
 }
@@ -185,6 +212,20 @@ mod tests {
             message.contains("c.toml:14:1") && message.contains("another table"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn names_are_folders_on_any_system_and_labels_can_be_read() {
+        for name in ["a.", "b ", "con", "NUL.txt", "aux .x", "a\u{202e}b"] {
+            check_name(name).expect_err(name);
+        }
+        for name in ["a.b", "icon", "console", "-x", "ä", ".hidden"] {
+            check_name(name).expect(name);
+        }
+        for label in ["", " ", "a\tb", "a\u{7}"] {
+            check_label(label).expect_err(label);
+        }
+        check_label("ours, α = 2 (b)").expect("a label");
     }
 
     #[test]

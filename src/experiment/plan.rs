@@ -32,9 +32,20 @@ pub struct Plan {
     pub jobs: Vec<Job>,
     /// Scenes that were replaced or left out, a sentence each.
     pub notes: Vec<String>,
+    /// How many jobs there are in all shards, where these are some of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sharded: Option<usize>,
     /// All jobs of the configs, in order, where `jobs` are a selection of them.
     #[serde(skip)]
     pub all: Vec<Job>,
+}
+
+impl Plan {
+    /// How many jobs lie in shards that are not here.
+    pub fn in_other_shards(&self) -> usize {
+        let all = self.sharded.unwrap_or(0);
+        all.saturating_sub(self.jobs.len())
+    }
 }
 
 /// One (scene, view, technique, method, parameters, budget, seed).
@@ -203,6 +214,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         overrides: overrides.iter().map(Override::to_string).collect(),
         jobs: Vec::new(),
         notes: Vec::new(),
+        sharded: None,
         all: Vec::new(),
     };
     let mut cases = HashMap::new();
@@ -359,6 +371,8 @@ impl Planner<'_> {
                 started.id
             };
             let label = label.unwrap_or_else(|| id.clone());
+            limits::check_label(&label)
+                .map_err(|message| self.source.error(&["method", &index, "label"], message))?;
             if methods.iter().any(|(_, known, _)| *known == label) {
                 return Err(self.source.error(
                     &["method", &index],

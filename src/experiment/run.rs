@@ -60,6 +60,16 @@ pub enum RunError {
     /// A technique is unknown, or it or a contender refuses its parameters.
     #[error("{0}")]
     Technique(String),
+    /// A folder with results of another experiment.
+    #[error(
+        "{folder}: holds results of the experiment `{name}`; choose another folder, or remove it"
+    )]
+    Foreign {
+        /// The folder of results.
+        folder: PathBuf,
+        /// The experiment that it is of.
+        name: String,
+    },
     /// A scene that has not what a technique is about.
     #[error("{0}")]
     Unfit(String),
@@ -69,6 +79,14 @@ pub enum RunError {
 /// other selections stay in its plan and in its rows.
 pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome, RunError> {
     let store = Store::create(&options.folder)?;
+    if let Ok(earlier) = store.plan()
+        && earlier.name != plan.name
+    {
+        return Err(RunError::Foreign {
+            folder: options.folder.clone(),
+            name: earlier.name,
+        });
+    }
     let (united, gone) = store.united(plan);
     store.write(
         "plan.json",

@@ -169,6 +169,9 @@ impl Store {
             .collect();
         let all = plan.all.iter().filter(|job| wanted.contains(&job.place()));
         united.jobs = all.cloned().collect();
+        united.sharded = plan
+            .sharded
+            .max(earlier.sharded.filter(|_| plan.sharded.is_some()));
         let kept: HashSet<_> = united.jobs.iter().map(Job::place).collect();
         let gone = earlier
             .jobs

@@ -330,6 +330,13 @@ fn picture_of(path: &Path, layers: &[Layer]) -> Result<Option<usize>, ImageError
     Ok(unnamed.or(only.then_some(0)))
 }
 
+/// Width and height of the display window.
+pub(super) fn promised_size(path: &Path) -> Option<[usize; 2]> {
+    let meta = MetaData::read_from_file(path, false).ok()?;
+    let display = meta.headers.first()?.shared_attributes.display_window;
+    Some([display.size.width(), display.size.height()])
+}
+
 /// Pixels of a display window that a byte of a file may stand for.
 const DISPLAY_A_BYTE: usize = 1024;
 

@@ -20,6 +20,11 @@ pub(super) struct HdrHeader {
 }
 
 impl HdrHeader {
+    /// Width and height, pixels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width as usize, self.height as usize]
+    }
+
     /// Reads the header of a file, whatever ends its lines and whatever follows `#?`.
     ///
     /// # Errors

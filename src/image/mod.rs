@@ -39,7 +39,7 @@ pub use mean::ImageMean;
 pub use overview::overview;
 pub use png::{display_bytes, png_bytes, write_png, write_png_bytes, write_png_coded};
 pub use read::{Encoding, Picture, file_of, read, read_coded, read_picture};
-pub(crate) use read::{decode_bytes, translucent_pixels};
+pub(crate) use read::{decode_bytes, promised_size, translucent_pixels};
 pub use sanitise::{Sanitised, sanitise};
 pub use tone::{ToneCurve, UnknownToneCurve};
 pub(crate) use unheeded::unheeded;

@@ -7,7 +7,7 @@ use super::primaries::hdr_to_rec709;
 use super::{Image, ImageError, exr_read, srgb_decode, unheeded};
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use glam::DVec3;
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 /// What the stored values of a file mean.
@@ -129,6 +129,22 @@ fn file_and_layer(path: &Path) -> (PathBuf, Option<String>) {
     match parts {
         Some((file, layer)) if !path.exists() => (file.into(), Some(layer.to_owned())),
         _ => (path.to_owned(), None),
+    }
+}
+
+/// Width and height of the picture that the head of a file promises, in pixels; `None` where it cannot be read.
+pub(crate) fn promised_size(path: &Path) -> Option<[usize; 2]> {
+    let path = file_of(path);
+    let mut head = Vec::new();
+    let file = std::fs::File::open(&path).ok()?;
+    file.take(1 << 20).read_to_end(&mut head).ok()?;
+    match head[..] {
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr_read::promised_size(&path),
+        [b'#', b'?', ..] => HdrHeader::read(&head).ok().map(|header| header.size()),
+        _ => {
+            let (width, height) = ::image::image_dimensions(&path).ok()?;
+            Some([width as usize, height as usize])
+        }
     }
 }
 

@@ -90,7 +90,12 @@ impl Scene {
             let lights = description.lights.iter().map(|light| &light.kind);
             let (dark, lit): (Vec<&LightKind>, Vec<&LightKind>) =
                 lights.partition(|light| *light.strength() == [0.0; 3]);
+            let shines = !lit.is_empty();
             self.set_lights_without_extent(lit);
+            if shines && description.materials.iter().any(Material::is_frosted) {
+                let note = "point, spot and directional lights do not show in frosted glass";
+                self.report.notes.push(note.into());
+            }
             let dark = dark.len();
             if dark > 0 {
                 let note = format!("lights of no strength are left out: {dark}");

@@ -37,14 +37,15 @@ impl SceneDescription {
         })
     }
 
-    /// Indices of the textures of a material, both sides of it.
+    /// Indices of the textures of a material and of all that it refers to.
     pub(super) fn textures_of(&self, material: usize) -> Vec<usize> {
-        let Some(front) = self.materials.get(material) else {
-            return Vec::new();
-        };
-        let back = front.back.and_then(|back| self.materials.get(back));
-        let sides = [Some(front), back].into_iter().flatten();
-        sides.flat_map(super::Material::textures).collect()
+        let mut textures = Vec::new();
+        let mut pending = vec![material];
+        while let Some(material) = pending.pop().and_then(|i| self.materials.get(i)) {
+            textures.extend(material.textures());
+            pending.extend(material.others());
+        }
+        textures
     }
 
     fn absent_files(&self, needs: Needs) -> Vec<Absent> {

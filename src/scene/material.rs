@@ -11,6 +11,15 @@ pub enum ColourSource {
     Vertices,
 }
 
+/// Two materials of which a ray meets one, by chance (Mitsuba's `blendbsdf`).
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Blend {
+    /// Indices of both.
+    pub materials: [usize; 2],
+    /// The chance of the second.
+    pub second: ColourSource,
+}
+
 /// A surface material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -22,6 +31,8 @@ pub struct Material {
     pub two_sided: bool,
     /// Index of the material that is seen from behind, if that is another one.
     pub back: Option<usize>,
+    /// What stands in its place by chance; what else is said of it here is that of one of them.
+    pub blend: Option<Blend>,
     /// Probability that a ray meets the surface (Mitsuba's `mask`); `None` is opaque.
     pub opacity: Option<ColourSource>,
     /// Bump map: texture index and displacement scale in scene units per texture value.
@@ -41,6 +52,15 @@ pub enum MicrofacetDistribution {
     Ggx,
     /// Gaussian slopes.
     Beckmann,
+}
+
+/// How rough a boundary is.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Roughness {
+    /// Parameter of the distribution, above 0.
+    pub alpha: f32,
+    /// Of its microfacets.
+    pub distribution: MicrofacetDistribution,
 }
 
 /// Scattering models. `alpha` is the roughness parameter of the distribution (not its square root).
@@ -83,7 +103,7 @@ pub enum Bsdf {
         /// Of its microfacets.
         distribution: MicrofacetDistribution,
     },
-    /// Smooth dielectric; `ior` = interior over exterior. `thin` neglects refraction.
+    /// Glass, clear or frosted; `ior` = interior over exterior. `thin` neglects refraction.
     Dielectric {
         /// Interior over exterior index of refraction.
         ior: f32,
@@ -93,6 +113,9 @@ pub enum Bsdf {
         reflectance: [f32; 3],
         /// Factor on what is transmitted, linear RGB; 1 is physical.
         transmittance: [f32; 3],
+        /// `None` is clear; panes are.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        roughness: Option<Roughness>,
     },
 }
 
@@ -106,6 +129,7 @@ impl Material {
             },
             two_sided: true,
             back: None,
+            blend: None,
             opacity: None,
             bump: None,
             normals: None,
@@ -123,6 +147,15 @@ impl Material {
         delta || self.opacity.is_some()
     }
 
+    /// Whether it is rough glass.
+    pub(super) fn is_frosted(&self) -> bool {
+        let roughness = match self.bsdf {
+            Bsdf::Dielectric { roughness, .. } => roughness,
+            _ => None,
+        };
+        roughness.is_some()
+    }
+
     /// The colours that may come from textures or vertices.
     fn colours(&self) -> impl Iterator<Item = ColourSource> {
         let colour = match &self.bsdf {
@@ -131,7 +164,14 @@ impl Material {
             Bsdf::Conductor { specular, .. } => Some(specular),
             Bsdf::Dielectric { .. } => None,
         };
-        [colour.copied(), self.opacity].into_iter().flatten()
+        let share = self.blend.map(|blend| blend.second);
+        [colour.copied(), self.opacity, share].into_iter().flatten()
+    }
+
+    /// Indices of the materials that it refers to.
+    pub(super) fn others(&self) -> impl Iterator<Item = usize> + use<> {
+        let blended = self.blend.map(|blend| blend.materials);
+        self.back.into_iter().chain(blended.into_iter().flatten())
     }
 
     /// Indices of the textures that it refers to.

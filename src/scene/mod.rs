@@ -55,7 +55,7 @@ pub use find::{find_scene, find_scene_in, shipped_scenes};
 pub use find_environment::{find_environment, find_environment_in};
 pub use gltf::GltfFile;
 pub use light::{Cone, PointLight};
-pub use material::{Bsdf, ColourSource, Material, MicrofacetDistribution};
+pub use material::{Blend, Bsdf, ColourSource, Material, MicrofacetDistribution, Roughness};
 pub use mesh::Mesh;
 pub(crate) use readers::{READERS, Reader};
 pub use texture::{Texture, Wrap};

@@ -7,7 +7,8 @@ use super::text::file_error;
 use super::texture::Texels;
 use super::{GltfFile, SceneError, TextureDescription, TextureSource};
 use crate::image::{
-    Image, decoded, holds, is_cut_jpeg, pixels_a_byte, srgb_decode, translucent_pixels, unheeded,
+    Image, decoded, file_of, holds, is_cut_jpeg, pixels_a_byte, promised_size, srgb_decode,
+    translucent_pixels, unheeded,
 };
 
 /// Texels of a file, the top row first.
@@ -33,10 +34,7 @@ pub(super) fn load_texels(
     path: &Path,
     description: &TextureDescription,
 ) -> Result<Decoded, SceneError> {
-    if crate::image::file_of(path)
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"))
-    {
+    if is_linear(path) {
         return load_linear(path);
     }
     let file = std::fs::File::open(path).map_err(|e| file_error(path, e.to_string()))?;
@@ -164,11 +162,16 @@ pub(super) fn estimated_bytes(description: &TextureDescription) -> Option<usize>
         return Some(width as usize * height as usize * 3);
     }
     let path = description.path()?;
-    let (width, height) = image::image_dimensions(path).ok()?;
-    let hdr = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
-    Some(width as usize * height as usize * if hdr { 12 } else { 3 })
+    let [width, height] = promised_size(path)?;
+    let bytes = if is_linear(path) { 12 } else { 3 };
+    Some(width * height * bytes)
+}
+
+/// Whether a file, told by its ending, keeps linear values.
+fn is_linear(path: &Path) -> bool {
+    let file = file_of(path);
+    let ending = file.extension();
+    ending.is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"))
 }
 
 #[cfg(test)]
@@ -217,6 +220,25 @@ mod tests {
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
         let error = Texture::load(&description).unwrap_err().to_string();
         assert!(error.contains("a.png"), "{error}");
+    }
+
+    #[test]
+    fn memory_is_foreseen_by_the_head_of_a_file_and_of_a_layer() {
+        let folder = tempfile::tempdir().unwrap();
+        let foreseen = |path: std::path::PathBuf| estimated_bytes(&TextureDescription::file(path));
+        let exr = folder.path().join("a.exr");
+        let layer = crate::image::Layer::color("left", Image::new(4, 2));
+        crate::image::write_exr(&exr, &[layer], &Default::default()).unwrap();
+        let named = format!("{}#left", exr.display());
+        assert_eq!(foreseen(named.into()), Some(4 * 2 * 12));
+        assert_eq!(foreseen(exr), Some(4 * 2 * 12));
+        let hdr = folder.path().join("a.hdr");
+        std::fs::write(&hdr, "#?RGBE\r\n\r\n-Y 3 +X 5\r\nxyxyxyxyxyxy").unwrap();
+        assert_eq!(foreseen(hdr), Some(5 * 3 * 12));
+        let png = folder.path().join("a.png");
+        image::RgbImage::new(7, 1).save(&png).unwrap();
+        assert_eq!(foreseen(png), Some(7 * 3));
+        assert_eq!(foreseen(folder.path().join("none.png")), None);
     }
 
     #[test]

@@ -28,6 +28,9 @@ pub struct Depths {
     pub last: u32,
     /// From this depth on paths end at random, by their throughput; the mean stays the same.
     pub roulette_from: Option<u32>,
+    /// Whether the environment does not count where a path comes to it straight on, through nothing but opacity masks
+    /// and panes of glass.
+    pub hides_sky: bool,
 }
 
 impl Depths {
@@ -37,6 +40,7 @@ impl Depths {
             first: 1,
             last,
             roulette_from: None,
+            hides_sky: false,
         }
     }
 }
@@ -111,9 +115,10 @@ impl<'a> PathTracer<'a> {
             pdf_sr: 0.0,
             delta: true,
         };
+        let mut hides_sky = depths.hides_sky;
         for depth in 1..=depths.last {
             let Some(met) = hit else {
-                if depth >= depths.first {
+                if depth >= depths.first && !hides_sky {
                     sum += carried.throughput * self.seen_environment(ray.direction, &carried);
                 }
                 break;
@@ -130,6 +135,7 @@ impl<'a> PathTracer<'a> {
             }
             let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
             let Some(sample) = at.sample(u) else { break };
+            hides_sky &= at.goes_straight(&sample);
             carried = Carried {
                 throughput: carried.throughput * sample.weight,
                 pdf_sr: sample.pdf_sr,

@@ -11,9 +11,12 @@ use super::bsdf::{
     Model, Plastic,
 };
 use crate::image::luminance;
-use crate::sample::Frame;
+use crate::sample::{Frame, Rng};
 use crate::scene::{Bsdf, ColourSource, Material, Scene};
 use crate::trace::Hit;
+
+/// Keys the choice among blended materials.
+const BLEND_STREAM: u64 = 0x626c_656e_6465;
 
 /// Materials with what is integrated once: the coatings of the plastics.
 pub struct Surfaces<'a> {
@@ -57,6 +60,14 @@ struct Place {
     weights: [f32; 3],
 }
 
+/// How a ray meets a surface.
+struct Met<'a> {
+    hit: &'a Hit,
+    direction: Vec3,
+    /// Whether it comes from the back.
+    behind: bool,
+}
+
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
@@ -93,10 +104,21 @@ impl<'a> Surfaces<'a> {
         let uv = (0..3).fold(Vec2::ZERO, |sum, i| sum + weights[i] * corner_uvs[i]);
         let shape = scene.triangle_shape.get(hit.triangle as usize).copied();
         let shape = shape.unwrap_or(0);
-        let front = scene.shapes.get(shape as usize).map_or(0, |s| s.material) as usize;
+        let mut index = scene.shapes.get(shape as usize).map_or(0, |s| s.material) as usize;
+        let place = Place {
+            uv,
+            corners,
+            weights,
+        };
         let behind = direction.dot(shading_normal) > 0.0;
-        let back = scene.materials.get(front).and_then(|m| m.back);
-        let index = back.filter(|_| behind).unwrap_or(front);
+        let met = Met {
+            hit,
+            direction,
+            behind,
+        };
+        while let Some(other) = self.in_place_of(index, &met, &place) {
+            index = other;
+        }
         let material = scene.materials.get(index);
         let mut normal = shading_normal;
         let texture = |index: usize| scene.textures.get(index);
@@ -125,17 +147,7 @@ impl<'a> Surfaces<'a> {
             uv,
             shape,
             triangle: hit.triangle,
-            bsdf: material.map_or_else(grey, |m| {
-                self.resolve(
-                    m,
-                    index,
-                    &Place {
-                        uv,
-                        corners,
-                        weights,
-                    },
-                )
-            }),
+            bsdf: material.map_or_else(grey, |m| self.resolve(m, index, &place)),
             frame,
             bend: if soft {
                 normals::bend(normal, shading_normal)
@@ -145,6 +157,22 @@ impl<'a> Surfaces<'a> {
             view,
             local_view: frame.to_local(view),
         }
+    }
+
+    /// The material that a ray meets in place of number `index`: that of the back, or one of a blend.
+    fn in_place_of(&self, index: usize, met: &Met, place: &Place) -> Option<usize> {
+        let material = self.scene.materials.get(index)?;
+        if let (Some(back), true) = (material.back, met.behind) {
+            return Some(back);
+        }
+        let blend = material.blend?;
+        let takes_second = met.chance(index) < self.share(blend.second, place);
+        Some(blend.materials[usize::from(takes_second)])
+    }
+
+    /// A number in [0, 1]: the luminance of a colour.
+    fn share(&self, source: ColourSource, place: &Place) -> f32 {
+        luminance(self.colour(source, place).into()).clamp(0.0, 1.0)
     }
 
     fn colour(&self, source: ColourSource, place: &Place) -> Vec3 {
@@ -206,16 +234,17 @@ impl<'a> Surfaces<'a> {
                 thin,
                 reflectance,
                 transmittance,
+                roughness,
             } => Model::Dielectric(Dielectric {
                 ior: *ior,
                 thin: *thin,
                 reflectance: (*reflectance).into(),
                 transmittance: (*transmittance).into(),
+                facets: roughness.map(|r| Microfacets::new(r.distribution, r.alpha)),
             }),
         };
-        let opacity = material.opacity.map_or(1.0, |source| {
-            luminance(self.colour(source, place).into()).clamp(0.0, 1.0)
-        });
+        let opacity = material.opacity;
+        let opacity = opacity.map_or(1.0, |source| self.share(source, place));
         LocalBsdf {
             model,
             two_sided: material.two_sided,
@@ -345,6 +374,11 @@ impl Interaction<'_> {
         self.turned_to_world(self.bsdf.sample(self.local_view, u)?)
     }
 
+    /// Whether a sampled direction goes on as if the surface were not there: through its opacity mask, or a pane.
+    pub fn goes_straight(&self, sample: &BsdfSample) -> bool {
+        sample.delta && self.bsdf.may_be_passed() && sample.direction.dot(self.view) < -0.999_999
+    }
+
     /// See [`LocalBsdf::base_share`]; `light` is a unit world direction.
     pub fn base_share(&self, light: Vec3) -> f32 {
         let local = self.frame.to_local(light);
@@ -449,6 +483,17 @@ impl Interaction<'_> {
     /// Bump mapping must not turn a direction to the other side of the unperturbed surface.
     fn inconsistent(&self, local: Vec3, world: Vec3) -> bool {
         self.frame.normal != self.shading_normal && local.z * world.dot(self.shading_normal) <= 0.0
+    }
+}
+
+impl Met<'_> {
+    /// Decides which part of material number `index` is met: a number in [0, 1), the same for the same ray at the same place,
+    /// and as if by chance among others.
+    fn chance(&self, index: usize) -> f32 {
+        let pair = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+        let place = pair(self.hit.u, self.hit.v) ^ u64::from(self.hit.triangle);
+        let way = pair(self.direction.x, self.direction.y);
+        Rng::new(place, BLEND_STREAM, way, index as u64).next_f32()
     }
 }
 

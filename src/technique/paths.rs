@@ -33,6 +33,7 @@ pub fn indirect(shot: &Shot) -> Depths {
         first: 2,
         last: shot.scene.max_depth.saturating_sub(1),
         roulette_from: Some(ROULETTE_FROM),
+        hides_sky: false,
     }
 }
 

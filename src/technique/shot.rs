@@ -376,6 +376,7 @@ mod tests {
             thin: false,
             reflectance: [1.0; 3],
             transmittance: [1.0; 3],
+            roughness: None,
         };
         for (i, material) in description.materials.iter_mut().enumerate() {
             match i % 4 {

@@ -159,7 +159,10 @@ impl ShadingFunction for TracedPaths<'_> {
             let x = (pixel as usize % width) as f64 + rng.next_f64();
             let y = (pixel as usize / width) as f64 + rng.next_f64();
             let ray = self.shot.ray_through(x, y);
-            let depths = Depths::up_to(self.max_depth);
+            let depths = Depths {
+                hides_sky: self.hides_lights,
+                ..Depths::up_to(self.max_depth)
+            };
             let paths = &self.shot.paths;
             if !self.hides_lights {
                 return paths.radiance(caster, ray, &mut rng, depths).into();

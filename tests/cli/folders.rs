@@ -183,3 +183,76 @@ fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
     let output = place.lightbench(&["render", "ball.xml", "--json", "--out", "o.exr"]);
     assert!(output.err.contains("`use_fast_approx`") && output.out.contains("`use_fast_approx`"));
 }
+
+#[test]
+fn a_folder_stays_that_of_its_experiment() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.write(
+        "other.toml",
+        &TINY.replace("name = \"tiny\"", "name = \"other\""),
+    );
+    for (config, out) in [("tiny.toml", "a"), ("other.toml", "b")] {
+        let run = place.lightbench(&["run", config, "repeats=1", "--out", out]);
+        assert_eq!(run.code, 0, "{}", run.err);
+    }
+    let before = place.rows("b");
+    for into in [
+        place.lightbench(&["merge", "a", "--out", "b"]),
+        place.lightbench(&["run", "tiny.toml", "repeats=1", "--out", "b"]),
+    ] {
+        assert_eq!(into.code, 2, "{}", into.err);
+        assert!(into.err.contains("`other`"), "{}", into.err);
+    }
+    assert_eq!(place.rows("b"), before);
+    assert_eq!(place.lightbench(&["report", "b"]).code, 0);
+}
+
+#[test]
+fn merging_into_a_folder_keeps_what_it_has_and_tells_of_other_results() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let arguments = ["run", "tiny.toml", "repeats=1", "--out"];
+    let one = [&arguments[..], &["a", "--method", "IM"]].concat();
+    assert_eq!(place.lightbench(&one).code, 0);
+    assert_eq!(place.lightbench(&[&arguments[..], &["b"]].concat()).code, 0);
+    let merged = place.lightbench(&["merge", "a", "--out", "b"]);
+    assert_eq!(merged.code, 0, "{}", merged.err);
+    assert!(!merged.err.contains("warning"), "{}", merged.err);
+    assert_eq!(place.rows("b").len(), 2);
+    let job = place.rows("a")[0]["job"].as_str().expect("text").to_owned();
+    let file = place.path().join("a/jobs").join(job).join("row.json");
+    let mut row: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&file).expect("row")).expect("json");
+    row["rmse"] = 0.5.into();
+    fs::write(&file, row.to_string()).expect("writable");
+    let merged = place.lightbench(&["merge", "a", "b", "--out", "c"]);
+    assert_eq!(merged.code, 0, "{}", merged.err);
+    assert!(merged.err.contains("RMSE of 0.5 in a"), "{}", merged.err);
+}
+
+#[test]
+fn a_gate_does_not_pass_on_some_of_the_shards() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    for (shard, out) in [("1/2", "a"), ("2/2", "b")] {
+        let run = place.lightbench(&["run", "tiny.toml", "--shard", shard, "--out", out]);
+        assert_eq!(run.code, 0, "{}", run.err);
+    }
+    let missing = |folder: &str| place.lightbench(&["gate", folder]);
+    for folder in ["a", "b"] {
+        let gate = missing(folder);
+        assert!(matches!(gate.code, 10 | 12), "{}", gate.out);
+        assert!(
+            gate.out.contains("2 of 4 jobs without a result"),
+            "{}",
+            gate.out
+        );
+    }
+    let half = place.lightbench(&["merge", "a", "--out", "half"]);
+    assert!(half.err.contains("2 jobs are in shards"), "{}", half.err);
+    assert!(missing("half").out.contains("2 of 4"));
+    let whole = place.lightbench(&["merge", "b", "--out", "half"]);
+    assert!(!whole.err.contains("shards"), "{}", whole.err);
+    assert!(missing("half").out.contains("0 of 4"));
+}

@@ -100,6 +100,7 @@ fn extensions_of_materials_are_mapped_or_named() {
         Bsdf::Dielectric {
             ior: 1.3,
             thin: true,
+            roughness: None,
             ..
         }
     ));
@@ -107,7 +108,29 @@ fn extensions_of_materials_are_mapped_or_named() {
         "KHR_materials_transmission": { "transmissionFactor": 1 },
         "KHR_materials_volume": { "thicknessFactor": 1 },
     }));
-    assert!(matches!(thick.bsdf, Bsdf::Dielectric { thin: false, .. }));
+    let clear = |bsdf: &Bsdf| {
+        matches!(
+            bsdf,
+            Bsdf::Dielectric {
+                thin: false,
+                roughness: None,
+                ..
+            }
+        )
+    };
+    assert!(clear(&thick.bsdf));
+    let rough = json!({ "metallicFactor": 0, "roughnessFactor": 0.5 });
+    let (frosted, _, _) = mapped(json!({
+        "pbrMetallicRoughness": rough,
+        "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": { "thicknessFactor": 1 },
+        },
+    }));
+    let Bsdf::Dielectric { roughness, .. } = frosted.bsdf else {
+        panic!("glass")
+    };
+    assert_eq!(roughness.map(|r| r.alpha), Some(0.25));
     let (unlit, _, _) = with(json!({ "KHR_materials_unlit": {} }));
     assert!(matches!(unlit.bsdf, Bsdf::Diffuse { .. }));
     let (coated, _, scene) = with(json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1 } }));

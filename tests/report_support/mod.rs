@@ -42,6 +42,7 @@ impl Folder {
             path: path.to_owned(),
             plan: Plan {
                 all: Vec::new(),
+                sharded: None,
                 name: config.name.clone(),
                 title: config.title.clone(),
                 configs: vec!["configs/synthetic.toml".into()],

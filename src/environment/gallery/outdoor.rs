@@ -17,6 +17,7 @@ pub fn sky(elevation_deg: f64, turbidity: f32, disc: bool) -> Image {
         albedo: [0.22; 3],
         sun: disc,
         sun_irradiance: None,
+        sun_aperture_deg: None,
         sky: true,
     };
     // Every entry of the gallery has a sun above the horizon and a turbidity in range.

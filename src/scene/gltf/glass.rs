@@ -2,7 +2,7 @@
 
 use super::Importer;
 use super::material::{Surface, alpha_of};
-use crate::scene::{Bsdf, SceneError};
+use crate::scene::{Bsdf, MicrofacetDistribution, Roughness, SceneError};
 
 /// Index of refraction where none is given.
 const IOR: f32 = 1.5;
@@ -26,12 +26,13 @@ impl Importer<'_> {
             self.note("KHR_materials_transmission of less than a half is left out");
             return Ok(None);
         }
-        self.note("KHR_materials_transmission becomes smooth glass of the mean base colour");
-        if alpha_of(roughness) > 0.0 {
-            self.note("rough glass becomes smooth");
-        }
+        self.note("KHR_materials_transmission becomes glass of the mean base colour");
         let volume = extensions.and_then(|e| e.volume.as_ref());
         let thick = volume.is_some_and(|v| v.thickness_factor.0 > 0.0);
+        let alpha = alpha_of(roughness);
+        if alpha > 0.0 && !thick {
+            self.note("rough panes of glass become smooth");
+        }
         if volume.is_some_and(|v| v.attenuation_distance.0.is_finite()) {
             self.note("the attenuation of KHR_materials_volume is left out");
         }
@@ -40,6 +41,10 @@ impl Importer<'_> {
             thin: !thick,
             reflectance: [1.0; 3],
             transmittance: self.mean_base_colour(surface)?,
+            roughness: (alpha > 0.0 && thick).then_some(Roughness {
+                alpha,
+                distribution: MicrofacetDistribution::Ggx,
+            }),
         }))
     }
 

@@ -53,6 +53,7 @@ impl Importer<'_> {
             name: name.unwrap_or("default".into()),
             bsdf: self.bsdf(&surface)?,
             back: None,
+            blend: None,
             two_sided: declared.double_sided,
             opacity: self.opacity(&surface)?,
             bump: None,

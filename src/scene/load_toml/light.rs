@@ -112,6 +112,7 @@ fn sky(keys: &Keys) -> Result<EnvironmentDescription, SceneError> {
         albedo: [keys.non_negative("albedo")?.unwrap_or(0.2) as f32; 3],
         sun: keys.boolean("sun", true)?,
         sun_irradiance: None,
+        sun_aperture_deg: None,
         sky: keys.boolean("sky", true)?,
         scale: keys.non_negative("scale")?.unwrap_or(1.0) as f32,
     })

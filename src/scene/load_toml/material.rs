@@ -11,8 +11,8 @@ use super::keys::Keys;
 use crate::scene::mesh_mtl::{MtlMap, MtlMaterial, coated, phong_alpha};
 use crate::scene::text::advice;
 use crate::scene::{
-    Alpha, Bsdf, ColourSource, Material, MicrofacetDistribution, SceneError, TextureDescription,
-    Wrap,
+    Alpha, Bsdf, ColourSource, Material, MicrofacetDistribution, Roughness, SceneError,
+    TextureDescription, Wrap,
 };
 
 /// `Kd` of a material that gives none.
@@ -74,6 +74,7 @@ impl Loader {
                 bsdf,
                 two_sided,
                 back: None,
+                blend: None,
                 opacity,
                 bump: None,
                 normals: None,
@@ -214,9 +215,20 @@ fn distribution(keys: &Keys) -> Result<MicrofacetDistribution, SceneError> {
 }
 
 fn dielectric(keys: &Keys) -> Result<Bsdf, SceneError> {
+    let thin = keys.boolean("thin", false)?;
+    let alpha = keys.non_negative("alpha")?.unwrap_or(0.0) as f32;
+    let distribution = distribution(keys)?;
+    let is_rough = alpha > 0.0;
+    if thin && is_rough {
+        return Err(keys.error("a thin dielectric is clear: `alpha` must be 0"));
+    }
     Ok(Bsdf::Dielectric {
         ior: keys.positive("ior")?.unwrap_or(1.5) as f32,
-        thin: keys.boolean("thin", false)?,
+        thin,
+        roughness: is_rough.then_some(Roughness {
+            alpha,
+            distribution,
+        }),
         reflectance: keys.share("reflectance")?.unwrap_or([1.0; 3]),
         transmittance: keys.share("transmittance")?.unwrap_or([1.0; 3]),
     })

@@ -6,19 +6,14 @@ use super::element::Element;
 use super::spectrum::colour;
 use crate::scene::mesh_mtl::{coated, phong_alpha};
 use crate::scene::text::advice;
-use crate::scene::{Bsdf, ColourSource, Material, MicrofacetDistribution, SceneError};
+use crate::scene::{
+    Blend, Bsdf, ColourSource, Material, MicrofacetDistribution, Roughness, SceneError,
+};
 
 /// How deep wrappers may nest (`<ref>`s can form loops).
 const MAX_NESTING: usize = 16;
 
-/// The roughness of a surface.
-#[derive(Clone, Copy)]
-struct Facets {
-    alpha: f32,
-    distribution: MicrofacetDistribution,
-}
-
-const SMOOTH: Facets = Facets {
+const SMOOTH: Roughness = Roughness {
     alpha: 0.0,
     distribution: MicrofacetDistribution::Ggx,
 };
@@ -56,12 +51,14 @@ impl<'a> Importer<'a> {
                 self.note(format!("`{kind}` around a material is dropped"));
                 return self.unwrapped(element, depth);
             }
-            "blendbsdf" | "mixturebsdf" => {
-                if let Some(mixed) = self.diffuse_blend(element, depth)? {
-                    return Ok(mixed);
-                }
-                let kind = element.kind();
-                self.note(format!("`{kind}` becomes the first of its materials"));
+            "blendbsdf" => {
+                return match self.diffuse_blend(element, depth)? {
+                    Some(mixed) => Ok(mixed),
+                    None => self.blend(element, depth),
+                };
+            }
+            "mixturebsdf" => {
+                self.note("`mixturebsdf` becomes the first of its materials");
                 return self.unwrapped(element, depth);
             }
             "null" => {
@@ -85,11 +82,10 @@ impl<'a> Importer<'a> {
                 let facets = self.facets(element)?;
                 self.conductor(element, facets)?
             }
-            "dielectric" | "thindielectric" => self.dielectric(element)?,
+            "dielectric" | "thindielectric" => self.dielectric(element, None)?,
             "roughdielectric" => {
-                self.facets(element)?;
-                self.note("`roughdielectric` becomes a smooth dielectric");
-                self.dielectric(element)?
+                let facets = self.facets(element)?;
+                self.dielectric(element, Some(facets))?
             }
             "phong" | "ward" => self.phong(element)?,
             "principled" | "principledthin" => self.principled(element)?,
@@ -108,27 +104,57 @@ impl<'a> Importer<'a> {
     fn two_sided(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
         let nested = self.nested(element, "bsdf")?;
         let [first, second] = nested[..] else {
-            let mut both = self.inner(element, depth)?;
-            both.two_sided = true;
-            return Ok(both);
+            let both = self.inner(element, depth)?;
+            return Ok(self.around(both, |part| part.two_sided = true));
         };
         let mut front = self.bsdf(first, depth + 1)?;
-        let mut back = self.bsdf(second, depth + 1)?;
-        back.name = format!("{} {}", second.kind(), self.scene.materials.len());
-        front.two_sided = true;
-        back.two_sided = true;
-        self.scene.materials.push(back);
-        front.back = Some(self.scene.materials.len() - 1);
-        Ok(front)
+        front.back = Some(self.part(second, depth)?);
+        Ok(self.around(front, |side| side.two_sided = true))
     }
 
-    /// Gives both sides of a material what surrounds it.
-    fn around(&mut self, mut front: Material, wrap: impl Fn(&mut Material)) -> Material {
-        wrap(&mut front);
-        if let Some(back) = front.back {
-            wrap(&mut self.scene.materials[back]);
+    /// The index of a material inside another one.
+    fn part(&mut self, element: &'a Element, depth: usize) -> Result<usize, SceneError> {
+        let mut part = self.bsdf(element, depth + 1)?;
+        let index = self.scene.materials.len();
+        part.name = format!("{} {index}", element.kind());
+        self.scene.materials.push(part);
+        Ok(index)
+    }
+
+    /// Gives a material, and all that it refers to, what surrounds it.
+    fn around(&mut self, mut outer: Material, wrap: impl Fn(&mut Material)) -> Material {
+        wrap(&mut outer);
+        let mut pending: Vec<usize> = outer.others().collect();
+        while let Some(index) = pending.pop() {
+            let part = &mut self.scene.materials[index];
+            wrap(part);
+            pending.extend(part.others());
         }
-        front
+        outer
+    }
+
+    /// Two materials of which rays meet one by chance.
+    fn blend(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+        let share = self.colour_source(element, &["weight"], 0.5)?;
+        let nested = self.nested(element, "bsdf")?;
+        let [first, second] = nested[..] else {
+            let found = nested.len();
+            let message = format!("`blendbsdf` needs two materials inside, found {found}");
+            return Err(element.error(message));
+        };
+        let materials = [self.part(first, depth)?, self.part(second, depth)?];
+        // Not a mirror: what is behind it is not all that is seen.
+        let shown = materials
+            .into_iter()
+            .find(|&i| !self.scene.materials[i].is_specular());
+        Ok(Material {
+            back: None,
+            blend: Some(Blend {
+                materials,
+                second: share,
+            }),
+            ..self.scene.materials[shown.unwrap_or(materials[0])].clone()
+        })
     }
 
     /// The first material inside a wrapper.
@@ -163,14 +189,13 @@ impl<'a> Importer<'a> {
         element: &'a Element,
         depth: usize,
     ) -> Result<Option<Material>, SceneError> {
+        if !self.may_be_mixed(element, depth)? {
+            return Ok(None);
+        }
         let nested = self.nested(element, "bsdf")?;
-        let is_number = |e: &Element| e.child("weight").is_some_and(|w| w.tag == "float");
         let [first, second] = nested[..] else {
             return Ok(None);
         };
-        if !is_number(element) || [first, second].iter().any(|b| b.kind() != "diffuse") {
-            return Ok(None);
-        }
         let weight = element.float("weight")?.unwrap_or(0.5).clamp(0.0, 1.0) as f32;
         let mut mixed = self.bsdf(first, depth + 1)?;
         let other = self.bsdf(second, depth + 1)?;
@@ -185,6 +210,19 @@ impl<'a> Importer<'a> {
         let mean = std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight);
         *reflectance = ColourSource::Constant(mean);
         Ok(Some(mixed))
+    }
+
+    /// Whether a material is diffuse, or a blend of such by a number.
+    fn may_be_mixed(&mut self, element: &'a Element, depth: usize) -> Result<bool, SceneError> {
+        if depth > MAX_NESTING || element.kind() != "blendbsdf" {
+            return Ok(element.kind() == "diffuse");
+        }
+        let is_number = element.child("weight").is_some_and(|w| w.tag == "float");
+        let nested = self.nested(element, "bsdf")?;
+        if !is_number || nested.len() != 2 {
+            return Ok(false);
+        }
+        Ok(self.may_be_mixed(nested[0], depth + 1)? && self.may_be_mixed(nested[1], depth + 1)?)
     }
 
     fn mask(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
@@ -257,7 +295,7 @@ impl<'a> Importer<'a> {
         Ok(diffuse_of(self.colour_source(element, &names, 0.5)?))
     }
 
-    fn plastic(&mut self, element: &'a Element, facets: Facets) -> Result<Bsdf, SceneError> {
+    fn plastic(&mut self, element: &'a Element, facets: Roughness) -> Result<Bsdf, SceneError> {
         let ior = self.relative_ior(element, 1.49)?;
         Ok(Bsdf::Plastic {
             diffuse: self.colour_source(element, &["diffuse_reflectance"], 0.5)?,
@@ -270,7 +308,7 @@ impl<'a> Importer<'a> {
         })
     }
 
-    fn conductor(&mut self, element: &'a Element, facets: Facets) -> Result<Bsdf, SceneError> {
+    fn conductor(&mut self, element: &'a Element, facets: Roughness) -> Result<Bsdf, SceneError> {
         let (mut eta, mut k) = self.conductor_preset(element)?;
         if let Some(value) = element.child("eta") {
             eta = colour(self.resolved(value)?, false)?;
@@ -310,12 +348,17 @@ impl<'a> Importer<'a> {
         }))
     }
 
-    fn dielectric(&mut self, element: &'a Element) -> Result<Bsdf, SceneError> {
+    fn dielectric(
+        &mut self,
+        element: &'a Element,
+        roughness: Option<Roughness>,
+    ) -> Result<Bsdf, SceneError> {
         Ok(Bsdf::Dielectric {
             ior: self.relative_ior(element, 1.5046)?,
             thin: element.kind() == "thindielectric",
             reflectance: self.plain_colour(element, "specular_reflectance", 1.0)?,
             transmittance: self.plain_colour(element, "specular_transmittance", 1.0)?,
+            roughness,
         })
     }
 
@@ -353,6 +396,7 @@ impl<'a> Importer<'a> {
                 thin: element.kind() == "principledthin",
                 reflectance: [1.0; 3],
                 transmittance: [1.0; 3],
+                roughness: None,
             }
         } else if metallic > 0.5 {
             Bsdf::Conductor {
@@ -377,7 +421,7 @@ impl<'a> Importer<'a> {
 
     /// Roughness and distribution (Beckmann where none is given); others and anisotropy are
     /// approximated. How normals are sampled (`sample_visible`) changes the noise alone.
-    fn facets(&mut self, element: &'a Element) -> Result<Facets, SceneError> {
+    fn facets(&mut self, element: &'a Element) -> Result<Roughness, SceneError> {
         let word = element.string("distribution")?.unwrap_or("beckmann");
         let distribution = match word.to_ascii_lowercase().as_str() {
             "ggx" => MicrofacetDistribution::Ggx,
@@ -406,7 +450,7 @@ impl<'a> Importer<'a> {
             _ => self.plain_colour(element, "alpha", 0.1)?[0],
         };
         if alpha >= 0.0 {
-            Ok(Facets {
+            Ok(Roughness {
                 // Mitsuba's lower limit: a rough surface never becomes a mirror.
                 alpha: alpha.max(1e-4),
                 distribution,
@@ -453,6 +497,7 @@ fn one_sided(bsdf: Bsdf) -> Material {
         bsdf,
         two_sided: false,
         back: None,
+        blend: None,
         opacity: None,
         bump: None,
         normals: None,

@@ -52,6 +52,7 @@ impl<'a> Importer<'a> {
                 SunSky {
                     sun,
                     sun_irradiance,
+                    sun_aperture_deg,
                     sky,
                     scale,
                     ..
@@ -59,6 +60,7 @@ impl<'a> Importer<'a> {
                 Some(SunSky {
                     sun: other_sun,
                     sun_irradiance: other_irradiance,
+                    sun_aperture_deg: other_aperture,
                     sky: other_sky,
                     scale: other_scale,
                     ..
@@ -72,6 +74,7 @@ impl<'a> Importer<'a> {
                 }
                 let irradiance = own.or(other);
                 *sun_irradiance = irradiance.map(|(rgb, of)| rgb.map(|value| value * of / *scale));
+                *sun_aperture_deg = sun_aperture_deg.or(other_aperture);
                 *sun |= other_sun;
                 *sky |= other_sky;
             }
@@ -169,9 +172,21 @@ impl<'a> Importer<'a> {
             albedo,
             sun,
             sun_irradiance: sun.then_some(sun_irradiance),
+            sun_aperture_deg: sun_aperture(element)?.filter(|_| sun),
             sky,
             scale: scale as f32,
         })
+    }
+}
+
+/// Degrees across the sun: as they are, or (version 0.x) as a multiple of what they are by default.
+fn sun_aperture(element: &Element) -> Result<Option<f64>, SceneError> {
+    const DEFAULT: f64 = 0.5358;
+    let scaled = element.float("sun_radius_scale")?.map(|s| s * DEFAULT);
+    let aperture = element.float("sun_aperture")?.or(scaled);
+    match aperture.is_none_or(|a| (0.0..180.0).contains(&a)) {
+        true => Ok(aperture),
+        false => Err(element.error("the sun must be 0 to 180 degrees wide")),
     }
 }
 

@@ -48,7 +48,7 @@ pub enum Model<'a> {
     Mirror(Conductor),
     /// A metal with its microfacets.
     RoughConductor(Conductor, Microfacets),
-    /// Smooth glass, or a thin pane.
+    /// Clear or frosted glass, or a thin pane.
     Dielectric(Dielectric),
 }
 
@@ -77,6 +77,11 @@ impl LocalBsdf<'_> {
             Model::Diffuse(_) | Model::RoughConductor(..) => false,
         };
         model || self.opacity < 1.0
+    }
+
+    /// Whether light can go straight on, through an opacity mask or a pane.
+    pub fn may_be_passed(&self) -> bool {
+        self.opacity < 1.0 || matches!(&self.model, Model::Dielectric(glass) if glass.thin)
     }
 
     /// Scattering × |cosine of `light`|, without delta parts.
@@ -122,7 +127,7 @@ impl LocalBsdf<'_> {
             Model::Plastic(m) => m.sample(view, choice, [u[1], u[2]]),
             Model::Mirror(m) => m.sample_mirror(view),
             Model::RoughConductor(m, facets) => m.sample(*facets, view, [u[1], u[2]]),
-            Model::Dielectric(m) => m.sample(view, choice),
+            Model::Dielectric(m) => m.sample(view, [choice, u[1], u[2]]),
         }?;
         sample.direction *= turn;
         sample.pdf_sr *= self.opacity;

@@ -88,7 +88,7 @@ impl LocalBsdf<'_> {
             Model::Plastic(m) => m.sample_coating(view, [u[1], u[2]]),
             Model::Mirror(m) => m.sample_mirror(view),
             Model::RoughConductor(m, facets) => m.sample(*facets, view, [u[1], u[2]]),
-            Model::Dielectric(m) => m.sample(view, u[0]),
+            Model::Dielectric(m) => m.sample(view, u),
         }?;
         sample.direction *= turn;
         Some(sample)

@@ -310,6 +310,36 @@ fn backs_are_black_unless_two_sided() {
     }
 }
 
+/// What leaves frosted glass without its scale of radiance never grows, is little less where facets are flat, and lies on the
+/// side that it was sent to.
+#[test]
+fn frosted_glass_loses_only_what_meets_another_facet() {
+    for (distribution, alpha, least) in [(Ggx, 0.02, 0.98), (Beckmann, 0.3, 0.85), (Ggx, 0.6, 0.5)]
+    {
+        let glass = Dielectric {
+            ior: 1.5,
+            thin: false,
+            reflectance: Vec3::ONE,
+            transmittance: Vec3::ONE,
+            facets: Some(facets(distribution, alpha)),
+        };
+        let bsdf = bsdf(Model::Dielectric(glass));
+        for (cos, ratio) in [(0.9, 1.5), (0.4, 1.5), (-0.9, 1.0 / 1.5), (-0.4, 1.0 / 1.5)] {
+            let upright: f32 = f32::signum(cos);
+            let view = direction(f32::abs(cos)) * Vec3::new(1.0, 1.0, upright);
+            let mut rng = Rng::new(5, 0, 0, 0);
+            let (mut kept, n) = (0.0, 20_000);
+            for sample in (0..n).filter_map(|_| bsdf.sample(view, draw(&mut rng))) {
+                assert!(sample.direction.is_normalized() && sample.weight.is_finite());
+                let passes = sample.direction.z * upright < 0.0;
+                let scale = if passes { ratio * ratio } else { 1.0 };
+                kept += sample.weight.x * scale / n as f32;
+            }
+            assert!((least..1.001).contains(&kept), "{alpha} {cos}: {kept}");
+        }
+    }
+}
+
 #[test]
 fn glass_refracts_by_snell_and_conserves_energy() {
     let glass = |thin| Dielectric {
@@ -317,6 +347,7 @@ fn glass_refracts_by_snell_and_conserves_energy() {
         thin,
         reflectance: Vec3::ONE,
         transmittance: Vec3::ONE,
+        facets: None,
     };
     for cos in [-0.95f32, -0.3, 0.2, 0.9] {
         let view = direction(cos.abs()) * Vec3::new(1.0, 1.0, cos.signum());

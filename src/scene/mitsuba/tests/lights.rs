@@ -52,6 +52,28 @@ fn emitters() {
 }
 
 #[test]
+fn suns_are_as_wide_as_they_are_declared() {
+    let aperture = |version: &str, parameter: &str| {
+        let sun = format!(
+            "<emitter type='sunsky'><vector name='sun_direction' value='0 0.6 0.8'/>{parameter}</emitter>"
+        );
+        let scene = load(version, &sun);
+        assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+        match scene.environment {
+            Some(EnvironmentDescription::SunSky {
+                sun_aperture_deg, ..
+            }) => sun_aperture_deg,
+            _ => panic!("no sky"),
+        }
+    };
+    let of = |name: &str, value: f64| format!("<float name='{name}' value='{value}'/>");
+    assert_eq!(aperture("3.0.0", ""), None);
+    assert_eq!(aperture("3.0.0", &of("sun_aperture", 5.0)), Some(5.0));
+    let scaled = aperture("0.5.0", &of("sunRadiusScale", 10.0));
+    assert!(scaled.is_some_and(|degrees| (degrees - 5.358).abs() < 1e-9));
+}
+
+#[test]
 fn a_weight_of_0_is_told() {
     let emitter = |weight: &str| {
         load(

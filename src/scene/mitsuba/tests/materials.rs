@@ -230,11 +230,28 @@ fn blends_of_constant_diffuse_materials_are_their_mean() {
         assert!((found - expected).abs() < 1e-6, "{mean:?}");
     }
     assert!(notes.is_empty(), "{notes:?}");
-    let (_, notes) = blend(
+    // A half of the same, and a half of it with a half of grey.
+    let grey = "<bsdf type='diffuse'><rgb name='reflectance' value='0.5 0.5 0.5'/></bsdf>";
+    let inner =
+        format!("<bsdf type='blendbsdf'><float name='weight' value='0.5'/>{diffuse}{grey}</bsdf>");
+    let (mixed, notes) = blend("<float name='weight' value='0.5'/>", &inner);
+    let Bsdf::Diffuse {
+        reflectance: ColourSource::Constant(mean),
+    } = mixed.bsdf
+    else {
+        panic!("{mixed:?}");
+    };
+    for (found, expected) in mean.iter().zip([0.6, 0.2, 0.4]) {
+        assert!((found - expected).abs() < 1e-6, "{mean:?}");
+    }
+    assert!(notes.is_empty(), "{notes:?}");
+    let (blended, notes) = blend(
         "<float name='weight' value='0.75'/>",
         "<bsdf type='plastic'/>",
     );
-    assert_eq!(notes, ["`blendbsdf` becomes the first of its materials"]);
+    let share = ColourSource::Constant([0.75; 3]);
+    assert!(blended.blend.is_some_and(|blend| blend.second == share));
+    assert!(notes.is_empty(), "{notes:?}");
 }
 
 #[test]
