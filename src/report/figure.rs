@@ -3,7 +3,7 @@
 use std::io;
 use std::num::NonZeroUsize;
 
-use globset::Glob;
+use glob::Pattern;
 use serde::Serialize;
 
 use super::data::{Data, SceneOf};
@@ -263,7 +263,7 @@ impl Drawn {
 /// Whether a figure is about a scene; names may be glob patterns.
 pub fn shows_scene(spec: &FigureSpec, scene: &SceneOf) -> bool {
     let is = |pattern: &str, name: &str| {
-        pattern == name || Glob::new(pattern).is_ok_and(|g| g.compile_matcher().is_match(name))
+        pattern == name || Pattern::new(pattern).is_ok_and(|glob| glob.matches(name))
     };
     spec.scenes.is_empty()
         || spec.scenes.iter().any(|pattern| {
