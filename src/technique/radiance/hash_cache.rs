@@ -28,7 +28,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "hash-cache",
-        module: include_str!("hash_cache.rs"),
+        module: crate::entry::head_comment!("hash_cache.rs"),
         aliases: &["hashcache"],
         summary: "diffuse light in the cells of an octree of hash maps, with jitter and layered filtering",
         source: "Roth, Weier, Bauszat, Hinkenjann & Li 2020",

@@ -39,7 +39,7 @@ use crate::trace::{Caster, RayCounter};
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "sharc",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["radiance-hash"],
         summary: "radiance in hashed cells by distance, fed by few paths of each frame, where camera paths end",
         source: "NVIDIA SHaRC 1.6; Binder, Fricke & Keller 2018 for the hashing",
