@@ -58,6 +58,7 @@ pub struct Cell {
     pub flip: Option<String>,
     pub records: Option<String>,
     pub discontinuity: Option<String>,
+    pub cells: Option<String>,
     /// Link to the environment map with the lights of the job, where it kept them.
     pub lights: Option<String>,
     /// Link to a picture of eight bits, where there are no pixels.
@@ -164,6 +165,7 @@ fn stills(
             flip: map("flip", &pictures.flip)?,
             records: map("records", &any(&pictures.records))?,
             discontinuity: map("discontinuity", &pictures.discontinuity)?,
+            cells: map("cells", &any(&pictures.cells))?,
             image: Some(shelf.picture(&name("image"), &pictures.beauty)?),
             lights: lights.transpose()?,
             picture: None,

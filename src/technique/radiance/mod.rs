@@ -2,6 +2,7 @@
 //! the light in the scene. The truth is path tracing of every measured frame.
 
 mod camera;
+mod cells;
 mod fill;
 pub mod filter;
 mod filtered_paths;
