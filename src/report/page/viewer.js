@@ -237,7 +237,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     const job = album.jobs[state.chosen] || album.jobs[state.other];
     if (job && place) {
       const folder = document.body.dataset.folder + "/jobs/" + job;
-      again.textContent = located("lightbench replay " + folder + " --pixel " + place.x + "," + place.y);
+      again.textContent = located("lightbench replay " + quoted(folder) + " --pixel " + place.x + "," + place.y);
       replay.hidden = false;
     }
     flip();
