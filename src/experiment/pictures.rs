@@ -24,7 +24,7 @@ pub(super) struct Shown<'a> {
 impl Shown<'_> {
     /// Writes `<exr>.exr`, whose layers are the image, its error, its records, FLIP, what guided the refinement and the
     /// cells that it shows, and `<png>.png`. The reference lies in its store, by the key among the attributes.
-    pub fn write(&self, folder: &Path, (job, exr, png): (&Job, &str, &str)) -> io::Result<()> {
+    pub fn write(&self, folder: &Path, job: &Job, exr: &str, png: &str) -> io::Result<()> {
         let image = &self.rendered.image;
         let plane = |values: Vec<f32>| Plane {
             width: image.width,

@@ -347,7 +347,7 @@ impl Player<'_> {
         let (frame, viewer) = (shown.shot.frame, shown.shot.viewer);
         let writing = || -> std::io::Result<()> {
             if self.is_image(shown.shot) {
-                shown.write(self.folder, (self.job, "image", "preview"))?;
+                shown.write(self.folder, self.job, "image", "preview")?;
                 if self.keeps_lights {
                     shown.write_lights(self.folder)?;
                 }
@@ -355,7 +355,7 @@ impl Player<'_> {
             if self.is_kept(shown.shot) {
                 let folder = self.folder.join("frames");
                 let name = format!("{frame:06}-{viewer}");
-                shown.write(&folder, (self.job, &name, &name))?;
+                shown.write(&folder, self.job, &name, &name)?;
             }
             Ok(())
         };

@@ -110,7 +110,7 @@ pub fn write(
         kept = frames.write(&mut album, (shelf, notes))?;
     }
     if !kept {
-        let cells = stills((scene, &there), with_reference, shelf)?;
+        let cells = stills(scene, &there, with_reference, shelf)?;
         album.frames = vec![String::new()];
         album.viewers = vec![String::new()];
         album.cells = vec![vec![cells]];
@@ -130,7 +130,8 @@ pub fn write(
 
 /// The pictures that jobs leave in any case: of the reference, if it is there, and of each method.
 fn stills(
-    (scene, there): (&SceneOf, &[&Pictures]),
+    scene: &SceneOf,
+    there: &[&Pictures],
     with_reference: bool,
     shelf: &mut Shelf,
 ) -> io::Result<Vec<Cell>> {

@@ -109,7 +109,8 @@ impl Folder {
     pub fn job(
         &mut self,
         which: Which,
-        (rmse, flip): (f64, f64),
+        rmse: f64,
+        flip: f64,
         layers: Option<Vec<Layer>>,
     ) -> &mut Row {
         let job = self.plan(which);
