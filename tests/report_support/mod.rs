@@ -109,8 +109,7 @@ impl Folder {
     pub fn job(
         &mut self,
         which: Which,
-        rmse: f64,
-        flip: f64,
+        (rmse, flip): (f64, f64),
         layers: Option<Vec<Layer>>,
     ) -> &mut Row {
         let job = self.plan(which);
