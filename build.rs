@@ -1,5 +1,7 @@
-//! Tells the program which commit it was built from; without git it knows its version alone.
+//! Tells the program which commit it was built from (without git it knows its version alone), puts configs and
+//! typefaces into it, and links it small.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -9,6 +11,8 @@ fn main() {
     println!("cargo::rerun-if-changed=src");
     println!("cargo::rerun-if-changed=configs");
     list_configs();
+    pack_typefaces();
+    link_small();
     println!(
         "cargo::rustc-env=LIGHTBENCH_COMMIT={}",
         commit().unwrap_or_default()
@@ -18,7 +22,6 @@ fn main() {
 /// Writes the list of shipped configs, from which the program takes their texts: path below `configs/` without its
 /// ending, and text.
 fn list_configs() {
-    let variable = |name| PathBuf::from(std::env::var_os(name).expect("set by cargo"));
     let configs = variable("CARGO_MANIFEST_DIR").join("configs");
     let (mut folders, mut files) = (vec![configs.clone()], Vec::new());
     while let Some(folder) = folders.pop() {
@@ -45,6 +48,63 @@ fn list_configs() {
     list.push_str("]\n");
     let place = variable("OUT_DIR").join("configs.rs");
     std::fs::write(place, list).expect("the list of configs is written");
+}
+
+fn variable(name: &str) -> PathBuf {
+    PathBuf::from(std::env::var_os(name).expect("set by cargo"))
+}
+
+/// Writes the typefaces of figures, compressed to half their size.
+fn pack_typefaces() {
+    let faces = [
+        ("UbuntuLight", epaint_default_fonts::UBUNTU_LIGHT),
+        ("HackRegular", epaint_default_fonts::HACK_REGULAR),
+    ];
+    for (name, bytes) in faces {
+        let place = variable("OUT_DIR").join(name);
+        if !place.exists() {
+            let mut packed =
+                flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+            packed.write_all(bytes).expect("compresses");
+            let packed = packed.finish().expect("compresses");
+            std::fs::write(place, packed).expect("a typeface is written");
+        }
+    }
+}
+
+/// Asks the linker of a release to keep one of equal functions and to write relocations briefly, a megabyte together,
+/// where a program linked so runs on this machine.
+fn link_small() {
+    if std::env::var_os("PROFILE").is_none_or(|profile| profile != "release") {
+        return;
+    }
+    for argument in ["-Wl,--icf=all", "-Wl,-z,pack-relative-relocs"] {
+        if runs_linked_with(argument).unwrap_or(false) {
+            println!("cargo::rustc-link-arg-bins={argument}");
+        }
+    }
+}
+
+/// Whether a program that does nothing does so when it is linked with an argument.
+fn runs_linked_with(argument: &str) -> Option<bool> {
+    let source = variable("OUT_DIR").join("nothing.rs");
+    let program = source.with_extension("program");
+    std::fs::write(&source, "fn main() {}").ok()?;
+    let flags = std::env::var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default();
+    let mut compiler = Command::new(variable("RUSTC"));
+    compiler.args(flags.split('\u{1f}').filter(|flag| !flag.is_empty()));
+    if let Ok(linker) = std::env::var("RUSTC_LINKER") {
+        compiler.arg(format!("-Clinker={linker}"));
+    }
+    let target = variable("TARGET");
+    compiler
+        .arg("--target")
+        .arg(target)
+        .arg("-C")
+        .arg(format!("link-arg={argument}"));
+    compiler.arg("-o").arg(&program).arg(&source);
+    let linked = compiler.output().ok()?.status.success();
+    Some(linked && Command::new(&program).status().ok()?.success())
 }
 
 /// The commit's short name, with `modified` behind it if sources differ from it; `None` outside a

@@ -2,14 +2,15 @@
 """Writes what a run found into results/published: a title, its command, the verdicts on claims, and its tables.
 
     lightbench run CONFIG … > RUN.log
-    scripts/publish.py RESULTS RUN.log NAME "Title" "the command, as it was given"
+    scripts/publish.py RESULTS RUN.log NAME "Title" "the command, as it was given" [--together]
 
 RESULTS is the folder of the run and RUN.log what it printed. NAME.md is written; add it to the list of
-docs/results.md, which a test compares with the folder.
+docs/results.md, which a test compares with the folder. With `--together`, for runs of many scenes, tables keep the
+columns over all scenes, and those without any are left out.
 """
 
+import argparse
 import re
-import sys
 from pathlib import Path
 
 
@@ -29,20 +30,51 @@ def claims(printed: str) -> list[str]:
     return lines
 
 
+def cells(line: str) -> list[str]:
+    """The cells of a line of a Markdown table."""
+    return [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+
+
+def together(table: list[str]) -> list[str]:
+    """The names and the columns over all scenes of a table's lines; nothing of a table without such columns."""
+    kept = [i for i, name in enumerate(cells(table[0])) if name.startswith(("Mean of all scenes", "Mean rank"))]
+    if not kept:
+        return []
+    names, rule, *rows = ([cells(line)[i] for i in [0, *kept]] for line in table)
+    written = ["| " + " | ".join(row) + " |" for row in [names, *rows]]
+    written.insert(1, "|" + "|".join(rule) + "|")
+    return written
+
+
+def trimmed(body: str) -> str:
+    """A file of tables, each cut to what is over all scenes."""
+    blocks = []
+    for block in body.split("\n\n"):
+        if block.startswith("|"):
+            block = "\n".join(together(block.split("\n")))
+        blocks += [block] if block else []
+    return "\n\n".join(blocks)
+
+
 def main() -> None:
-    results, log, name, title, command = sys.argv[1:6]
-    page = [f"# {title}", "", f"`lightbench {command}`", ""]
-    verdicts = claims(Path(log).read_text())
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in ["results", "log", "name", "title", "command"]:
+        parser.add_argument(name)
+    parser.add_argument("--together", action="store_true", help="keep of tables the columns over all scenes")
+    asked = parser.parse_args()
+    said = "; of its tables here are the columns over all scenes together." if asked.together else ""
+    page = [f"# {asked.title}", "", f"`lightbench {asked.command}`{said}", ""]
+    printed = Path(asked.log).read_text()
+    verdicts = claims(printed)
     if verdicts:
         page += ["## Claims", "", *verdicts, ""]
-    printed = Path(log).read_text()
-    tables = list(Path(results, "tables").glob("*.md"))
+    tables = list(Path(asked.results, "tables").glob("*.md"))
     # In the order in which they were printed, by their titles.
     text = {path: path.read_text().rstrip("\n") for path in tables}
     title_of = {path: body.partition("\n")[0].lstrip("# ") for path, body in text.items()}
     for path in sorted(tables, key=lambda path: printed.find("\n" + title_of[path] + "\n")):
-        page += ["#" + text[path], ""]
-    target = Path(__file__).parent.parent / "results" / "published" / f"{name}.md"
+        page += ["#" + (trimmed(text[path]) if asked.together else text[path]), ""]
+    target = Path(__file__).parent.parent / "results" / "published" / f"{asked.name}.md"
     target.write_text("\n".join(page).rstrip("\n") + "\n")
     print(target)
 

@@ -1,9 +1,11 @@
 //! What every entry of the registry says of itself.
 
+mod head_comment;
 mod parameters;
 mod range;
 mod setting;
 
+pub(crate) use head_comment::{head_comment, head_length, head_of};
 pub(crate) use parameters::parameters;
 pub use parameters::{Parameter, check_keys, written};
 pub use range::Range;
@@ -49,7 +51,7 @@ impl ParameterError {
 pub struct About {
     /// Canonical name, as plans and rows have it.
     pub id: &'static str,
-    /// Source of the module; its head comment is the body of the page.
+    /// Head comment of the module: the body of the page.
     pub module: &'static str,
     /// Other names that are understood.
     pub aliases: &'static [&'static str],

@@ -493,6 +493,7 @@ fn wrong_overrides_and_selections_are_refused() {
         ),
         (vec!["report", "."], 2, "plan.json"),
         (vec!["explain", "distributions/XX"], 2, "no entry"),
+        (vec!["explain", "VGC+XX"], 2, "no entry"),
     ] {
         let output = place.lightbench(&arguments);
         assert_eq!(output.code, code, "{arguments:?}: {}", output.err);
@@ -757,6 +758,13 @@ fn every_entry_explains_itself() {
     let pages = place.lightbench(&["explain", "all"]);
     assert_eq!(pages.code, 0);
     assert!(pages.out.matches("Source:").count() >= 6);
+    let composed = place.lightbench(&["explain", "VGC+DGS"]);
+    assert_eq!(
+        composed.out.matches("Source:").count(),
+        2,
+        "{}",
+        composed.err
+    );
     assert_eq!(place.lightbench(&["completions", "bash"]).code, 0);
     assert_eq!(place.lightbench(&["man"]).code, 0);
 }

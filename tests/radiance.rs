@@ -233,6 +233,27 @@ fn smaller_cells_lower_the_floor() {
 }
 
 #[test]
+fn pixels_tell_which_cell_they_show() {
+    let technique = radiance();
+    let room = Built::new(&lamp_room());
+    let numbers = |text: &str| {
+        let mut contender = cache(technique.as_ref(), text, 4);
+        assert!(contender.cells(&room.shot(0)).is_none(), "no frame yet");
+        room.play(contender.as_mut(), 2);
+        let cells = contender.cells(&room.shot(1)).expect("cells");
+        assert_eq!(cells.len(), SIZE[0] * SIZE[1]);
+        let whole = |number: &f32| (0.0..=1023.0).contains(number) && number.fract() == 0.0;
+        assert!(cells.iter().all(whole));
+        let mut known: Vec<u32> = cells.iter().map(|number| *number as u32).collect();
+        known.sort_unstable();
+        known.dedup();
+        known.len()
+    };
+    let (coarse, fine) = (numbers("levels = 2"), numbers("levels = 6"));
+    assert!(coarse > 2 && coarse < fine, "{coarse} {fine}");
+}
+
+#[test]
 fn images_are_the_same_for_any_number_of_threads() {
     let technique = radiance();
     let built = Built::new(&lamp_room());

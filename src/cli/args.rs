@@ -353,7 +353,7 @@ pub struct ListArgs {
 
 #[derive(Debug, Args)]
 pub struct ExplainArgs {
-    /// KIND/ID or ID; `all` prints every page
+    /// KIND/ID or ID, of composed methods such as VGC+DGS each part; `all` prints every page
     pub entry: String,
 }
 

@@ -69,15 +69,17 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
         None => (None, args.entry.as_str()),
     };
     let all = entries();
+    // `VGC+DGS` is two of them.
+    let parts: Vec<&str> = name.split('+').collect();
     let chosen: Vec<_> = all
         .iter()
         .filter(|(k, about)| {
             let of_kind =
                 kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'));
-            of_kind && (name == "all" || about.answers_to(name))
+            of_kind && (name == "all" || parts.iter().any(|part| about.answers_to(part)))
         })
         .collect();
-    if chosen.is_empty() {
+    if chosen.len() < parts.len() {
         let ids: Vec<&str> = all.iter().map(|(_, about)| about.id).collect();
         let known: Vec<String> = all.iter().map(|(k, a)| format!("{k}/{}", a.id)).collect();
         return Err(Failure::usage(format!(

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use globset::Glob;
+use glob::Pattern;
 
 use super::args::{PlanArgs, Selection};
 use super::exit::{self, Failure};
@@ -107,20 +107,15 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
 }
 
 struct Filter {
-    scene: Option<globset::GlobMatcher>,
-    method: Option<globset::GlobMatcher>,
+    scene: Option<Pattern>,
+    method: Option<Pattern>,
     /// Zero-based shard and number of shards.
     shard: (usize, usize),
 }
 
 impl Filter {
     fn new(selection: &Selection) -> Result<Self, Failure> {
-        let glob = |pattern: &Option<String>| -> Result<_, Failure> {
-            Ok(match pattern {
-                Some(p) => Some(Glob::new(p)?.compile_matcher()),
-                None => None,
-            })
-        };
+        let glob = |pattern: &Option<String>| pattern.as_deref().map(Pattern::new).transpose();
         let shard = match &selection.shard {
             None => (0, 1),
             Some(text) => text
@@ -147,8 +142,8 @@ impl Filter {
 
     /// Those of the scenes and methods that are asked for.
     fn selected(&self, jobs: Vec<Job>) -> Vec<Job> {
-        let matches = |glob: &Option<globset::GlobMatcher>, name: &str| {
-            glob.as_ref().is_none_or(|g| g.is_match(name))
+        let matches = |glob: &Option<Pattern>, name: &str| {
+            glob.as_ref().is_none_or(|glob| glob.matches(name))
         };
         jobs.into_iter()
             .filter(|j| matches(&self.scene, &j.scene) && matches(&self.method, &j.label))

@@ -20,7 +20,7 @@ const FAILURES: &[&str] = &[
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "decomposition",
-        module: include_str!("decomposition.rs"),
+        module: crate::entry::head_comment!("decomposition.rs"),
         aliases: &["ours"],
         summary: "lights on emissive texels, and others shaded at half the resolution",
         source: "Wu 2024, section 3",
@@ -36,7 +36,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
 pub const FULL_RESOLUTION: SamplerEntry = SamplerEntry {
     about: About {
         id: "decomposition-full-resolution",
-        module: include_str!("decomposition.rs"),
+        module: crate::entry::head_comment!("decomposition.rs"),
         aliases: &["ours-without-upsampling"],
         summary: "the lights of the decomposition, all shaded at full resolution",
         source: "Wu 2024, section 4, Ours (w/o U)",

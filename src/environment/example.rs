@@ -11,7 +11,7 @@ use crate::entry::{About, Bias, check_keys};
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "strips",
-        module: include_str!("example.rs"),
+        module: crate::entry::head_comment!("example.rs"),
         aliases: &[],
         summary: "strips of equal width from pole to pole, each at the mean of its power",
         source: "docs/adding.md",

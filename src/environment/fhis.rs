@@ -17,7 +17,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "fhis",
-        module: include_str!("fhis.rs"),
+        module: crate::entry::head_comment!("fhis.rs"),
         aliases: &["fhis-r"],
         summary: "points of a Penrose tiling thresholded against the importance of the map",
         source: "Ostromoukhov et al. 2004 (reconstruction: no table of corrections, sphere and powers ours)",

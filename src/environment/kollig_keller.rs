@@ -11,7 +11,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "kollig-keller",
-        module: include_str!("kollig_keller.rs"),
+        module: crate::entry::head_comment!("kollig_keller.rs"),
         aliases: &["kk"],
         summary: "Voronoi cells relaxed after each light added to the strongest cell",
         source: "Kollig & Keller 2003 (reconstruction: start and insertion are not established)",

@@ -10,7 +10,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "median-cut",
-        module: include_str!("median_cut.rs"),
+        module: crate::entry::head_comment!("median_cut.rs"),
         aliases: &["mc"],
         summary: "rectangles of equal energy, halved along their longer side",
         source: "Debevec 2005",

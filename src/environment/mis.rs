@@ -9,7 +9,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "mis",
-        module: include_str!("mis.rs"),
+        module: crate::entry::head_comment!("mis.rs"),
         aliases: &[],
         summary: "light and surface sampling at every shading point, power heuristic",
         source: "Veach & Guibas 1995; PBRT-v3; compensation: Karlík et al. 2019",

@@ -27,7 +27,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "product-ratio",
-        module: include_str!("product_ratio.rs"),
+        module: crate::entry::head_comment!("product_ratio.rs"),
         aliases: &[],
         summary: "lights sampled by their contribution at each point, with a filtered visibility ratio",
         source: "own method; ratio estimator: Heitz, Hill & McGuire 2018; edges: Lee 1980",

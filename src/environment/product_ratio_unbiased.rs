@@ -14,7 +14,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "product-ratio-unbiased",
-        module: include_str!("product_ratio_unbiased.rs"),
+        module: crate::entry::head_comment!("product_ratio_unbiased.rs"),
         aliases: &["product"],
         summary: "lights sampled by their contribution at each point, without bias",
         source: "own method",

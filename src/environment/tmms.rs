@@ -14,7 +14,7 @@ use glam::DVec3;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "tmms",
-        module: include_str!("tmms.rs"),
+        module: crate::entry::head_comment!("tmms.rs"),
         aliases: &["tmms-r"],
         summary: "mean-shift strata of the tone-mapped map, split and merged to equal importance",
         source: "Feng et al. 2016 (reconstruction: curve, bandwidths and rules are ours)",

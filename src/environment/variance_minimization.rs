@@ -11,7 +11,7 @@ use crate::environment::SamplerEntry;
 pub const ENTRY: SamplerEntry = SamplerEntry {
     about: About {
         id: "variance-minimization",
-        module: include_str!("variance_minimization.rs"),
+        module: crate::entry::head_comment!("variance_minimization.rs"),
         aliases: &["vm"],
         summary: "rectangles cut where the larger variance of both parts is least",
         source: "Viriyothai & Debevec 2009",

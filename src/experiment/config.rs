@@ -340,7 +340,8 @@ impl Source {
         for (key, value) in settings {
             super::overrides::apply(&mut table, key, value)?;
         }
-        Config::deserialize(table).map_err(|error| ConfigError::Override {
+        // As text again: one reader of configs is enough of program.
+        toml::from_str(&table.to_string()).map_err(|error| ConfigError::Override {
             text: settings
                 .iter()
                 .map(|(k, v)| format!("{k}={v}"))

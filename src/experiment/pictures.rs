@@ -22,9 +22,9 @@ pub(super) struct Shown<'a> {
 }
 
 impl Shown<'_> {
-    /// Writes `<exr>.exr`, whose layers are the image, its error, its records, FLIP and what guided the refinement,
-    /// and `<png>.png`. The reference lies in its store, by the key among the attributes.
-    pub fn write(&self, folder: &Path, (job, exr, png): (&Job, &str, &str)) -> io::Result<()> {
+    /// Writes `<exr>.exr`, whose layers are the image, its error, its records, FLIP, what guided the refinement and the
+    /// cells that it shows, and `<png>.png`. The reference lies in its store, by the key among the attributes.
+    pub fn write(&self, folder: &Path, job: &Job, exr: &str, png: &str) -> io::Result<()> {
         let image = &self.rendered.image;
         let plane = |values: Vec<f32>| Plane {
             width: image.width,
@@ -41,6 +41,9 @@ impl Shown<'_> {
         }
         if let Some(map) = &self.rendered.discontinuity {
             layers.push(Layer::gray("discontinuity", plane(map.clone())));
+        }
+        if let Some(map) = &self.rendered.cells {
+            layers.push(Layer::gray("cells", plane(map.clone())));
         }
         let mut attributes = Attributes::new();
         let told = [

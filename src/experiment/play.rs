@@ -185,12 +185,38 @@ impl Player<'_> {
             self.search(contender, frame.shots, truths)?;
         }
         let start = std::time::Instant::now();
-        let images = play_frame(contender, frame.shots)?;
+        let images = self.played(contender, frame)?;
         let charged: f64 = images.iter().map(|image| image.stages.total().wall).sum();
         // Charged may be what earlier jobs have found.
         let uncharged = (start.elapsed().as_secs_f64() - charged).max(0.0);
         self.progress.spend("not charged", uncharged);
         Ok(images)
+    }
+
+    /// The images of a frame, with the cells that those to be kept show.
+    fn played(
+        &self,
+        contender: &mut dyn Contender,
+        frame: &Frame,
+    ) -> Result<Vec<Rendered>, String> {
+        let mut images = play_frame(contender, frame.shots)?;
+        for (shot, rendered) in frame.shots.iter().zip(&mut images) {
+            if self.is_image(shot) || self.is_kept(shot) {
+                rendered.cells = contender.cells(shot);
+            }
+        }
+        Ok(images)
+    }
+
+    /// Whether what a shot shows becomes the job's image.
+    fn is_image(&self, shot: &Shot) -> bool {
+        shot.frame == self.job.sequence.representative() && shot.viewer == 0
+    }
+
+    /// Whether it is among the frames that are kept.
+    fn is_kept(&self, shot: &Shot) -> bool {
+        let sequence = &self.job.sequence;
+        sequence.images() > 1 && sequence.kept.contains(&shot.frame)
     }
 
     fn search(
@@ -212,7 +238,7 @@ impl Player<'_> {
     /// The images of the first frame with as many lights or samples as take some seconds, and their number.
     fn within(&self, seconds: f64, frame: &Frame) -> Result<(u64, Vec<Rendered>), String> {
         let images = equal_time::render_within(seconds, |count| {
-            play_frame(self.start(Some(count))?.as_mut(), frame.shots)
+            self.played(self.start(Some(count))?.as_mut(), frame)
         })?;
         let found = images[0]
             .found
@@ -318,24 +344,23 @@ impl Player<'_> {
 
     /// Writes the pictures of a frame that are kept.
     fn leave(&self, shown: &Shown, thumbnails: &mut Vec<Thumbnail>) -> std::io::Result<()> {
-        let sequence = &self.job.sequence;
         let (frame, viewer) = (shown.shot.frame, shown.shot.viewer);
         let writing = || -> std::io::Result<()> {
-            if frame == sequence.representative() && viewer == 0 {
-                shown.write(self.folder, (self.job, "image", "preview"))?;
+            if self.is_image(shown.shot) {
+                shown.write(self.folder, self.job, "image", "preview")?;
                 if self.keeps_lights {
                     shown.write_lights(self.folder)?;
                 }
             }
-            if sequence.images() > 1 && sequence.kept.contains(&frame) {
+            if self.is_kept(shown.shot) {
                 let folder = self.folder.join("frames");
                 let name = format!("{frame:06}-{viewer}");
-                shown.write(&folder, (self.job, &name, &name))?;
+                shown.write(&folder, self.job, &name, &name)?;
             }
             Ok(())
         };
         self.progress.time("writing", writing)?;
-        let animation = Animation::of(sequence);
+        let animation = Animation::of(&self.job.sequence);
         if shown.measured.is_some() && animation.shows(frame) {
             let picture = Thumbnail::of(&shown.rendered.image, shown.exposure, (frame, viewer));
             thumbnails.push(picture);

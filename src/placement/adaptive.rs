@@ -38,7 +38,7 @@ parameters! {
 pub const ENTRY: RefinementEntry = RefinementEntry {
     about: About {
         id: "AS",
-        module: include_str!("adaptive.rs"),
+        module: crate::entry::head_comment!("adaptive.rs"),
         aliases: &["ac", "as-r", "adaptive"],
         summary: "records between neighbouring records that differ most",
         source: "reconstruction of Yoshida et al. 2015 from its abstract and Wu & Shen 2023, \

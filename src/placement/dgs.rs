@@ -42,7 +42,7 @@ parameters! {
 pub const ENTRY: RefinementEntry = RefinementEntry {
     about: About {
         id: "DGS",
-        module: include_str!("dgs.rs"),
+        module: crate::entry::head_comment!("dgs.rs"),
         aliases: &["discontinuity-guided"],
         summary: "pixels drawn from a map of discontinuities in shading and geometry",
         source: "Wu & Shen 2023, section 3.2, eq. 3 and 4. Readings: K = 6 ranked by eq. 5, all \

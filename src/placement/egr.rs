@@ -48,7 +48,7 @@ parameters! {
 pub const ENTRY: RefinementEntry = RefinementEntry {
     about: About {
         id: "EGR",
-        module: include_str!("egr.rs"),
+        module: crate::entry::head_comment!("egr.rs"),
         aliases: &["error-guided", "error-guided-rounds"],
         summary: "ours: rounds of records where those around a point disagree about it",
         source: "ours",

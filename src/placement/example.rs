@@ -18,7 +18,7 @@ parameters! {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "EVERY",
-        module: include_str!("example.rs"),
+        module: crate::entry::head_comment!("example.rs"),
         aliases: &["every-nth"],
         summary: "shading points at equal steps, in the order of pixels",
         source: "docs/adding.md",

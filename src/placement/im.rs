@@ -34,7 +34,7 @@ parameters! {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "IM",
-        module: include_str!("im.rs"),
+        module: crate::entry::head_comment!("im.rs"),
         aliases: &["image-space", "uniform"],
         summary: "uniform random distinct pixels",
         source: "Wu & Shen 2023, section 4 (baseline IM); Georgiev et al. 2012",

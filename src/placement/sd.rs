@@ -83,7 +83,7 @@ parameters! {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "SD",
-        module: include_str!("sd.rs"),
+        module: crate::entry::head_comment!("sd.rs"),
         aliases: &["spatial-directional"],
         summary: "6-D clusters of positions and scaled normals, a random member of each",
         source: "Ou & Pellacini 2011 (LightSlice), section 4 and the authors' code; threshold and \

@@ -91,7 +91,7 @@ parameters! {
 pub const ENTRY: FirstStageEntry = FirstStageEntry {
     about: About {
         id: "VGC",
-        module: include_str!("vgc.rs"),
+        module: crate::entry::head_comment!("vgc.rs"),
         aliases: &["view-guided", "view-guided-clustering"],
         summary: "clusters by position, then by normal, with thresholds that grow with depth",
         source: "Wu & Shen 2023, section 3.1, eq. 1 and 2. Readings: the sign of (α − 1), \

@@ -62,7 +62,7 @@ pub fn against_first(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
             let ratios: Vec<Option<Estimate>> = data
                 .labels()
                 .iter()
-                .map(|label| mean_ratio(data, scenes, (label, axes)))
+                .map(|label| mean_ratio(data, scenes, label, axes))
                 .collect();
             let rivals: Vec<Option<&Estimate>> = ratios.iter().map(Option::as_ref).collect();
             let lower = spec.kind == TableKind::EqualError || error.lower_is_better != Some(false);
@@ -181,7 +181,7 @@ fn notes(data: &Data, table: &Table, (kind, cost): (TableKind, &str)) -> Vec<Str
 /// Logarithm, for each seed, of what a method has over what the first method has where the held columns
 /// are equal: the mean over the first method's budgets that the method's curves of all seeds reach, then over
 /// scenes. `None` where a scene has none.
-fn mean_ratio(data: &Data, scenes: &[SceneOf], (label, axes): (&str, Axes)) -> Option<Estimate> {
+fn mean_ratio(data: &Data, scenes: &[SceneOf], label: &str, axes: Axes) -> Option<Estimate> {
     let of_scene = |scene: &SceneOf| ratio(data, scene, (label, axes));
     let ratios: Vec<Estimate> = scenes.iter().map(of_scene).collect::<Option<_>>()?;
     Estimate::mean_of(&ratios)
@@ -190,8 +190,8 @@ fn mean_ratio(data: &Data, scenes: &[SceneOf], (label, axes): (&str, Axes)) -> O
 fn ratio(data: &Data, scene: &SceneOf, (label, axes): (&str, Axes)) -> Option<Estimate> {
     let first = data.labels().first()?;
     let of_seed = |seed: &u64| {
-        let base = curve(data, (scene, first, *seed), axes)?;
-        let mut own = curve(data, (scene, label, *seed), axes)?;
+        let base = curve(data, scene, first, *seed, axes)?;
+        let mut own = curve(data, scene, label, *seed, axes)?;
         own.sort_by(|a, b| a.0.total_cmp(&b.0));
         let ratio = |(at, value): &(f64, f64)| Some(interpolate(&own, *at)? - value);
         Some((*seed, base.iter().map(ratio).collect::<Vec<_>>()))
@@ -210,7 +210,7 @@ fn ratio(data: &Data, scene: &SceneOf, (label, axes): (&str, Axes)) -> Option<Es
 }
 
 /// A method's curve with one seed, in the order of the budgets; `None` where a budget has no result.
-fn curve(data: &Data, (scene, label, seed): (&SceneOf, &str, u64), axes: Axes) -> Option<Curve> {
+fn curve(data: &Data, scene: &SceneOf, label: &str, seed: u64, axes: Axes) -> Option<Curve> {
     let place = |(budget, point): (usize, &Swept)| {
         let case = data.case(Asked {
             scene,

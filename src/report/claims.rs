@@ -47,19 +47,15 @@ pub fn judge_all(data: &Data) -> Vec<Claim> {
     let claims = config
         .claim
         .iter()
-        .map(|c| judge_one(data, (&c.text, &c.place), (&c.expect, &c.scenes)));
+        .map(|c| judge_one(data, &c.text, &c.place, &c.expect, &c.scenes));
     let gates = config.gate.iter().map(|g| Claim {
         gate: true,
-        ..judge_one(data, (&g.text, ""), (&g.expect, &g.scenes))
+        ..judge_one(data, &g.text, "", &g.expect, &g.scenes)
     });
     claims.chain(gates).collect()
 }
 
-fn judge_one(
-    data: &Data,
-    (text, place): (&str, &str),
-    (expect, scenes): (&str, &[String]),
-) -> Claim {
+fn judge_one(data: &Data, text: &str, place: &str, expect: &str, scenes: &[String]) -> Claim {
     let claim = |verdict: &str, class: &str| Claim {
         text: text.to_owned(),
         place: place.to_owned(),
@@ -109,7 +105,7 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
         margin: if there { margin(judged) } else { String::new() },
         paper: scene
             .zip(point)
-            .and_then(|(scene, point)| paper_sides(data, expression, (scene, point)))
+            .and_then(|(scene, point)| paper_sides(data, expression, scene, point))
             .unwrap_or_default(),
     }
 }
@@ -142,7 +138,8 @@ fn margin(judged: &Judged) -> String {
 fn paper_sides(
     data: &Data,
     expression: &Expression,
-    (scene, point): (&SceneOf, &Swept),
+    scene: &SceneOf,
+    point: &Swept,
 ) -> Option<String> {
     let value = |column: &str, label: &str| {
         let label = label.strip_suffix("@*").unwrap_or(label);

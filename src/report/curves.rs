@@ -24,8 +24,15 @@ struct Curve {
     label: String,
     /// Position of the method in the config: decides colour and marker.
     index: usize,
-    /// x, y and the half width of the interval of y, by rising x.
-    points: Vec<(f64, f64, f64)>,
+    /// By rising x.
+    points: Vec<Point>,
+}
+
+struct Point {
+    x: f64,
+    y: f64,
+    /// Half the width of the interval of y.
+    half: f64,
 }
 
 /// One metric in one scene.
@@ -93,12 +100,12 @@ fn panels(data: &Data, spec: &FigureSpec) -> (usize, Vec<Panel>) {
     let panels = scenes
         .iter()
         .flat_map(|scene| metrics.iter().map(move |y| (scene, y)))
-        .map(|(scene, y)| panel(data, spec, (scene, x, y)))
+        .map(|(scene, y)| panel(data, spec, scene, [x, y]))
         .collect();
     (metrics.len(), panels)
 }
 
-fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) -> Panel {
+fn panel(data: &Data, spec: &FigureSpec, scene: &SceneOf, [x, y]: [&str; 2]) -> Panel {
     let curves: Vec<Curve> = data
         .labels()
         .iter()
@@ -107,33 +114,29 @@ fn panel(data: &Data, spec: &FigureSpec, (scene, x, y): (&SceneOf, &str, &str)) 
         .map(|(index, label)| Curve {
             label: label.clone(),
             index,
-            points: points(data, (scene, label), (x, y)),
+            points: points(data, scene, label, [x, y]),
         })
         .collect();
     let all = || curves.iter().flat_map(|c| &c.points);
     let heading = |key: &str| axis_name(Column::of(key));
     Panel {
         title: scene.title(),
-        x: (heading(x), Axis::over(all().map(|p| p.0), false)),
+        x: (heading(x), Axis::over(all().map(|p| p.x), false)),
         y: (heading(y), Axis::over(all().flat_map(ends), true)),
         curves,
     }
 }
 
 /// A value and the ends of its interval, the lower one only where it is positive.
-fn ends(point: &(f64, f64, f64)) -> impl Iterator<Item = f64> {
-    let (_, y, half) = *point;
+fn ends(point: &Point) -> impl Iterator<Item = f64> + use<> {
+    let Point { y, half, .. } = *point;
     [y, y + half]
         .into_iter()
         .chain((y > half).then_some(y - half))
 }
 
-fn points(
-    data: &Data,
-    (scene, label): (&SceneOf, &str),
-    (x, y): (&str, &str),
-) -> Vec<(f64, f64, f64)> {
-    let mut points: Vec<(f64, f64, f64)> = data
+fn points(data: &Data, scene: &SceneOf, label: &str, [x, y]: [&str; 2]) -> Vec<Point> {
+    let mut points: Vec<Point> = data
         .points()
         .iter()
         .filter_map(|point| {
@@ -143,14 +146,14 @@ fn points(
                 point,
             };
             let y = data.estimate(case, y)?;
-            Some((
-                data.estimate(case, x)?.mean,
-                y.mean,
-                y.half_width.unwrap_or(0.0),
-            ))
+            Some(Point {
+                x: data.estimate(case, x)?.mean,
+                y: y.mean,
+                half: y.half_width.unwrap_or(0.0),
+            })
         })
         .collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points.sort_by(|a, b| a.x.total_cmp(&b.x));
     points
 }
 
@@ -161,10 +164,10 @@ fn paint(sheet: &mut Sheet, fonts: &Fonts, (panel, chart): (&Panel, &Chart)) {
     for curve in &panel.curves {
         let color = color(curve.index);
         let stroke = Stroke::solid(color, 2.0 * unit);
-        let places: Vec<(f32, f32)> = curve.points.iter().map(|p| chart.at(p.0, p.1)).collect();
+        let places: Vec<(f32, f32)> = curve.points.iter().map(|p| chart.at(p.x, p.y)).collect();
         sheet.line(&places, stroke);
-        for (x, y, half) in curve.points.iter().filter(|p| p.2 > 0.0) {
-            let ends = [(y - half).max(floor), y + half].map(|end| chart.at(*x, end));
+        for p in curve.points.iter().filter(|p| p.half > 0.0) {
+            let ends = [(p.y - p.half).max(floor), p.y + p.half].map(|end| chart.at(p.x, end));
             sheet.line(&ends, stroke);
             for (x, y) in ends {
                 sheet.line(&[(x - 5.0 * unit, y), (x + 5.0 * unit, y)], stroke);
@@ -173,14 +176,14 @@ fn paint(sheet: &mut Sheet, fonts: &Fonts, (panel, chart): (&Panel, &Chart)) {
         for place in &places {
             sheet.polygon(&marker(curve.index, *place, unit), color, 1.0);
         }
-        for ((x, y, half), place) in curve.points.iter().zip(places) {
+        for (p, place) in curve.points.iter().zip(places) {
             let text = format!(
                 "{}, {}: {} {}, {}",
                 curve.label,
                 panel.title,
                 panel.x.0,
-                number::lone(*x),
-                value(&panel.y.0, *y, *half)
+                number::lone(p.x),
+                value(&panel.y.0, p.y, p.half)
             );
             sheet.spot(place, &text);
         }

@@ -3,19 +3,19 @@
 use std::io;
 use std::num::NonZeroUsize;
 
-use globset::Glob;
+use glob::Pattern;
 use serde::Serialize;
 
 use super::data::{Data, SceneOf};
 use super::font::Fonts;
 use super::look;
+use super::paper::{self, Print};
 use super::pictures::{self, Pictures};
 use super::pixels::Shelf;
 use super::sheet::Sheet;
 use super::viewer::{self, Viewer};
 use super::{
-    components, contact_sheet, curves, escape, light_map, overlay, paper, ranking, side_by_side,
-    timeline,
+    components, contact_sheet, curves, escape, light_map, overlay, ranking, side_by_side, timeline,
 };
 use crate::experiment::{FigureKind, FigureSpec};
 
@@ -107,7 +107,7 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
                     index,
                     scene: Some(&scene.name),
                 };
-                one_scene(&asked, &fonts, (scene, &shown), &mut drawn)?;
+                one_scene(&asked, &fonts, scene, &shown, &mut drawn)?;
             }
         }
         let viewer = viewer::write(data, (scene, &pictures), (shelf, &mut drawn.notes))?;
@@ -121,15 +121,15 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
             scene,
         };
         let asked = of_scene(None);
-        let of_all = (spec.name.as_str(), title_of(spec));
+        let title = title_of(spec);
         match spec.kind {
             FigureKind::Curves => {
-                drawn.add((&asked, of_all), &fonts, |fonts| {
+                drawn.add(&asked, &spec.name, title, &fonts, |fonts| {
                     curves::draw(fonts, data, spec)
                 })?;
             }
             FigureKind::Ranking => {
-                drawn.add((&asked, of_all), &fonts, |fonts| {
+                drawn.add(&asked, &spec.name, title, &fonts, |fonts| {
                     ranking::draw(fonts, data, spec)
                 })?;
             }
@@ -138,7 +138,7 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
                     let timeline = timeline::of_scene(data, (spec, scene), &mut drawn.notes);
                     let name = format!("{}-{}", spec.name, scene.name);
                     let asked = of_scene(Some(&scene.name));
-                    drawn.add((&asked, (&name, title_of(spec))), &fonts, |fonts| {
+                    drawn.add(&asked, &name, title, &fonts, |fonts| {
                         let (timeline, caption) = timeline.as_ref().map_err(String::clone)?;
                         Ok(Drawing {
                             sheet: timeline.draw(fonts),
@@ -213,7 +213,9 @@ impl Drawn {
     /// Writes a figure, given its file name and title, or notes why it is not there.
     fn add(
         &mut self,
-        (asked, (name, title)): (&Asked, (&str, &str)),
+        asked: &Asked,
+        name: &str,
+        title: &str,
         fonts: &Fonts,
         draw: impl Fn(&Fonts) -> Result<Drawing, String>,
     ) -> io::Result<()> {
@@ -230,8 +232,13 @@ impl Drawn {
             }
         };
         let name = escape::file_name(name);
-        let file = (&asked.data.store, name.as_str());
-        match paper::write(file, fonts, (&sheet, width_mm, asked.scale().pixels))? {
+        let folder = asked.data.store.folder.join("figures");
+        let print = Print {
+            sheet: &sheet,
+            width_mm,
+            pixels: asked.scale().pixels,
+        };
+        match paper::write(&folder, &name, fonts, &print)? {
             Ok(clashes) => self.notes.extend(clashes.iter().map(|clash| note(clash))),
             Err(reason) => {
                 self.notes.push(note(&reason));
@@ -263,7 +270,7 @@ impl Drawn {
 /// Whether a figure is about a scene; names may be glob patterns.
 pub fn shows_scene(spec: &FigureSpec, scene: &SceneOf) -> bool {
     let is = |pattern: &str, name: &str| {
-        pattern == name || Glob::new(pattern).is_ok_and(|g| g.compile_matcher().is_match(name))
+        pattern == name || Pattern::new(pattern).is_ok_and(|glob| glob.matches(name))
     };
     spec.scenes.is_empty()
         || spec.scenes.iter().any(|pattern| {
@@ -321,7 +328,8 @@ pub fn title_of(spec: &FigureSpec) -> &str {
 fn one_scene(
     asked: &Asked,
     fonts: &Fonts,
-    (scene, shown): (&SceneOf, &[Shown]),
+    scene: &SceneOf,
+    shown: &[Shown],
     drawn: &mut Drawn,
 ) -> io::Result<()> {
     let Asked { data, spec, .. } = *asked;
@@ -349,5 +357,5 @@ fn one_scene(
         }
     };
     let name = format!("{}-{}", spec.name, scene.name);
-    drawn.add((asked, (&name, &title)), fonts, draw)
+    drawn.add(asked, &name, &title, fonts, draw)
 }

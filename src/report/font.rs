@@ -1,15 +1,27 @@
 //! The embedded typefaces: how wide texts are. No font of the system is needed.
 
-use std::sync::Arc;
+use std::io::Read;
+use std::sync::{Arc, LazyLock};
 
+use flate2::read::ZlibDecoder;
 use resvg::usvg::fontdb::{Database, Source};
 use ttf_parser::Face;
 
-/// The first that has a character draws it.
-const FACES: [&[u8]; 2] = [
-    epaint_default_fonts::UBUNTU_LIGHT,
-    epaint_default_fonts::HACK_REGULAR,
+/// As the build packs them. The first that has a character draws it.
+const PACKED: [&[u8]; 2] = [
+    include_bytes!(concat!(env!("OUT_DIR"), "/UbuntuLight")),
+    include_bytes!(concat!(env!("OUT_DIR"), "/HackRegular")),
 ];
+/// Empty where what is packed is damaged.
+static FACES: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+    PACKED.map(|packed| {
+        let mut face = Vec::new();
+        match ZlibDecoder::new(packed).read_to_end(&mut face) {
+            Ok(_) => face,
+            Err(_) => Vec::new(),
+        }
+    })
+});
 
 /// The typefaces, and the size of a figure's common text.
 #[derive(Clone)]
@@ -49,7 +61,7 @@ impl Fonts {
     pub fn load() -> Result<Self, String> {
         let faces: Result<_, _> = FACES.iter().map(|face| Face::parse(face, 0)).collect();
         let mut database = Database::new();
-        for face in FACES {
+        for face in FACES.iter() {
             database.load_font_source(Source::Binary(Arc::new(face)));
         }
         Ok(Self {

@@ -86,7 +86,7 @@ pub fn page(
         "style": STYLE,
         "script": SCRIPT,
         "inside": shelf.into_inside(),
-        "folder": folder(data),
+        "folder": place(data),
         "headings": headings,
         "lines": lines,
         "rows": data.cases.rows.len(),
@@ -299,7 +299,15 @@ fn date(seconds: u64) -> String {
 
 /// The results, as they lie where nobody says otherwise; the page puts its own place there.
 pub fn folder(data: &Data) -> String {
-    escape::shell(&format!("results/{}", data.plan.name))
+    escape::shell(&place(data))
+}
+
+/// Where the results lie, if that is below `results` as it is of members of suites, or else where they lie by default.
+pub fn place(data: &Data) -> String {
+    match data.store.folder.to_str() {
+        Some(folder) if folder.starts_with("results/") => folder.trim_end_matches('/').to_owned(),
+        _ => format!("results/{}", data.plan.name),
+    }
 }
 
 /// The command that made the results.

@@ -99,7 +99,7 @@ fn pixel(row: &Row) -> &str {
 
 /// The folder of a row's job.
 fn folder(data: &Data, row: &Row) -> String {
-    escape::shell(&format!("results/{}/jobs/{}", data.plan.name, row.job))
+    escape::shell(&format!("{}/jobs/{}", html::place(data), row.job))
 }
 
 /// A finished job is kept unless its folder goes; the filters leave the other scenes and methods alone.

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::io;
+use std::path::Path;
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::fontdb::ID;
@@ -10,22 +11,33 @@ use svg2pdf::{ConversionOptions, PageOptions};
 
 use super::font::Fonts;
 use super::sheet::Sheet;
-use crate::experiment::Store;
 use crate::files;
 use crate::image::write_png_bytes;
 
 /// Of SVG: a pixel is one of these parts of an inch.
 const DPI: f32 = 96.0;
 
-/// Writes `figures/<name>` with the endings svg, png and pdf. Returns what is wrong with its texts, or why it cannot
-/// be drawn.
-///
-/// `pixels` is the number of the PNG's pixels in a unit of the sheet, along one side.
+/// A sheet and how large it is printed.
+pub struct Print<'a> {
+    pub sheet: &'a Sheet,
+    pub width_mm: f64,
+    /// Of the PNG in a unit of the sheet, along one side.
+    pub pixels: usize,
+}
+
+/// Writes `name` with the endings svg, png and pdf into a folder. Returns what is wrong with its texts, or
+/// why it cannot be drawn.
 pub fn write(
-    (store, name): (&Store, &str),
+    folder: &Path,
+    name: &str,
     fonts: &Fonts,
-    (sheet, width_mm, pixels): (&Sheet, f64, usize),
+    print: &Print,
 ) -> io::Result<Result<Vec<String>, String>> {
+    let &Print {
+        sheet,
+        width_mm,
+        pixels,
+    } = print;
     let svg = sheet.svg(width_mm);
     let size = (sheet.width * pixels, sheet.height * pixels);
     let made = tree(&svg, fonts)
@@ -34,7 +46,7 @@ pub fn write(
         Ok(made) => made,
         Err(reason) => return Ok(Err(reason)),
     };
-    let file = |ending: &str| store.folder.join(format!("figures/{name}.{ending}"));
+    let file = |ending: &str| folder.join(format!("{name}.{ending}"));
     files::write(&file("svg"), svg)?;
     files::write(&file("pdf"), pdf)?;
     write_png_bytes(&file("png"), size, &bytes).map_err(io::Error::other)?;

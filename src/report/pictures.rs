@@ -17,6 +17,8 @@ pub struct Pictures<'a> {
     pub records: Option<Plane>,
     pub flip: Option<Plane>,
     pub discontinuity: Option<Plane>,
+    /// Numbers of the cells that pixels show, 0 without one.
+    pub cells: Option<Plane>,
     /// Kept when the config asks for a figure of them.
     pub lights: Option<LightPictures>,
     /// Stops.
@@ -89,6 +91,7 @@ fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
         records: None,
         flip: None,
         discontinuity: None,
+        cells: None,
         lights: LightPictures::read(&data.store.job_folder(&row.job)),
         exposure: file
             .attributes
@@ -110,6 +113,7 @@ fn read<'a>(data: &Data, row: &'a Row) -> Result<Pictures<'a>, String> {
             ("records", Samples::Gray(plane)) => pictures.records = Some(plane),
             ("flip", Samples::Gray(plane)) => pictures.flip = Some(plane),
             ("discontinuity", Samples::Gray(plane)) => pictures.discontinuity = Some(plane),
+            ("cells", Samples::Gray(plane)) => pictures.cells = Some(plane),
             _ => {}
         }
     }

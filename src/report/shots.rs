@@ -143,6 +143,11 @@ impl Frames<'_> {
                         cell.records = Some(shelf.map(&name("records"), &plane)?);
                     }
                 }
+                ("cells", Samples::Gray(plane)) => {
+                    if let Some(plane) = any(&Some(plane)) {
+                        cell.cells = Some(shelf.map(&name("cells"), &plane)?);
+                    }
+                }
                 _ => {}
             }
         }

@@ -120,13 +120,13 @@ pub fn draw(
     let mut canvas = Sheet::new(layout.width(), layout.height(columns));
     title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
     let reference = there.iter().find_map(|p| p.reference.as_ref());
-    draw_main(&mut canvas, fonts, main, (&layout, &windows));
+    draw_main(&mut canvas, fonts, main, &layout, &windows);
     let values = Values::new(methods);
     for (index, (label, pictures)) in methods.iter().enumerate() {
         let (left, layout) = layout.column(index);
         draw_name(&mut canvas, fonts, label, (left, layout.top));
         let image = pictures.map(|p| (&p.beauty, p.exposure));
-        draw_insets(&mut canvas, image, (&layout, &windows), left);
+        draw_insets(&mut canvas, image, &layout, &windows, left);
         let flip = pictures.and_then(|p| p.flip.as_ref());
         draw_flip(&mut canvas, flip, &layout, left);
         let top = layout.flip_top() + layout.flip.1;
@@ -135,7 +135,7 @@ pub fn draw(
     let (left, layout) = layout.column(methods.len());
     draw_name(&mut canvas, fonts, "reference", (left, layout.top));
     let reference = reference.map(|r| (r, main.exposure));
-    draw_insets(&mut canvas, reference, (&layout, &windows), left);
+    draw_insets(&mut canvas, reference, &layout, &windows, left);
     draw_scale(&mut canvas, fonts, (left, layout.flip_top()));
     Ok(Drawing {
         sheet: canvas,
@@ -197,7 +197,8 @@ fn draw_main(
     canvas: &mut Sheet,
     fonts: &Fonts,
     main: &Pictures,
-    (layout, windows): (&Layout, &[Rect]),
+    layout: &Layout,
+    windows: &[Rect],
 ) {
     let width = (layout.left - MARGIN - 2 * GAP) as f32;
     let at = (MARGIN as f32, layout.top as f32 - 0.45 * fonts.em);
@@ -236,7 +237,8 @@ fn draw_name(canvas: &mut Sheet, fonts: &Fonts, label: &str, (left, top): (usize
 fn draw_insets(
     canvas: &mut Sheet,
     image: Option<(&Image, f32)>,
-    (layout, windows): (&Layout, &[Rect]),
+    layout: &Layout,
+    windows: &[Rect],
     left: usize,
 ) {
     for (index, (window, color)) in windows.iter().zip(FRAMES).enumerate() {

@@ -36,7 +36,7 @@ pub fn of_scene(
     let mut panels: Vec<Vec<Panel>> = columns.iter().map(|_| Vec::new()).collect();
     let mut viewers = Vec::new();
     for point in &points {
-        let played = played(data, (spec, scene, point), notes);
+        let played = played(data, spec, scene, point, notes);
         let Some(sequence) = data.sequence(scene, point) else {
             continue;
         };
@@ -87,7 +87,9 @@ fn methods(data: &Data, spec: &FigureSpec) -> Vec<(usize, String)> {
 
 fn played(
     data: &Data,
-    (spec, scene, point): (&FigureSpec, &SceneOf, &Swept),
+    spec: &FigureSpec,
+    scene: &SceneOf,
+    point: &Swept,
     notes: &mut Vec<String>,
 ) -> Vec<Played> {
     let mut of_method = |(index, label): (usize, String)| {

@@ -114,7 +114,7 @@ impl Timeline {
             panel: (WIDTH / self.across as f32, HEIGHT),
         };
         plot.draw(fonts, &rows, |sheet, index, chart| {
-            self.paint(sheet, fonts, (panels[index].1, chart));
+            self.paint(sheet, fonts, panels[index].1, chart);
         })
     }
 
@@ -139,7 +139,7 @@ impl Timeline {
         methods.chain(viewers).chain(shade).collect()
     }
 
-    fn paint(&self, sheet: &mut Sheet, fonts: &Fonts, (panel, chart): (&Panel, &Chart)) {
+    fn paint(&self, sheet: &mut Sheet, fonts: &Fonts, panel: &Panel, chart: &Chart) {
         let y_axis = &panel.y.1;
         let unit = unit(fonts);
         if let Some(end) = panel.warm_up_end {

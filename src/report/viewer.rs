@@ -58,6 +58,7 @@ pub struct Cell {
     pub flip: Option<String>,
     pub records: Option<String>,
     pub discontinuity: Option<String>,
+    pub cells: Option<String>,
     /// Link to the environment map with the lights of the job, where it kept them.
     pub lights: Option<String>,
     /// Link to a picture of eight bits, where there are no pixels.
@@ -109,7 +110,7 @@ pub fn write(
         kept = frames.write(&mut album, (shelf, notes))?;
     }
     if !kept {
-        let cells = stills((scene, &there), with_reference, shelf)?;
+        let cells = stills(scene, &there, with_reference, shelf)?;
         album.frames = vec![String::new()];
         album.viewers = vec![String::new()];
         album.cells = vec![vec![cells]];
@@ -129,7 +130,8 @@ pub fn write(
 
 /// The pictures that jobs leave in any case: of the reference, if it is there, and of each method.
 fn stills(
-    (scene, there): (&SceneOf, &[&Pictures]),
+    scene: &SceneOf,
+    there: &[&Pictures],
     with_reference: bool,
     shelf: &mut Shelf,
 ) -> io::Result<Vec<Cell>> {
@@ -164,6 +166,7 @@ fn stills(
             flip: map("flip", &pictures.flip)?,
             records: map("records", &any(&pictures.records))?,
             discontinuity: map("discontinuity", &pictures.discontinuity)?,
+            cells: map("cells", &any(&pictures.cells))?,
             image: Some(shelf.picture(&name("image"), &pictures.beauty)?),
             lights: lights.transpose()?,
             picture: None,

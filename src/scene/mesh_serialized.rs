@@ -27,17 +27,28 @@ pub(super) fn load_serialized(path: &Path, index: usize) -> Result<Mesh, SceneEr
 
 /// [`load_serialized`] of the bytes of a file.
 pub(super) fn parse_serialized(bytes: &[u8], index: usize) -> Result<Mesh, String> {
-    let (offset, end, version) = locate(bytes, index)?;
+    let Place {
+        start,
+        end,
+        version,
+    } = locate(bytes, index)?;
     let mut stream = Stream {
-        inner: flate2::read::ZlibDecoder::new(&bytes[offset + 4..end]),
+        inner: flate2::read::ZlibDecoder::new(&bytes[start + 4..end]),
     };
     stream
         .mesh(version)
-        .map_err(|e| format!("mesh {index} at byte offset {offset}: {e}"))
+        .map_err(|e| format!("mesh {index} at byte offset {start}: {e}"))
 }
 
-/// Start and end of a mesh in the file and the file version.
-fn locate(bytes: &[u8], index: usize) -> Result<(usize, usize, u16), String> {
+/// Where a mesh lies in a file.
+struct Place {
+    start: usize,
+    end: usize,
+    /// Of the file.
+    version: u16,
+}
+
+fn locate(bytes: &[u8], index: usize) -> Result<Place, String> {
     let (magic, version) = header(bytes, 0)?;
     if magic != MAGIC {
         return Err("byte offset 0: not a Mitsuba serialized mesh".into());
@@ -79,7 +90,11 @@ fn locate(bytes: &[u8], index: usize) -> Result<(usize, usize, u16), String> {
             "byte offset {start}: mesh {index} has no header; the file is damaged"
         ));
     }
-    Ok((start, stop, version))
+    Ok(Place {
+        start,
+        end: stop,
+        version,
+    })
 }
 
 fn header(bytes: &[u8], at: usize) -> Result<(u16, u16), String> {

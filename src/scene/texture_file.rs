@@ -1,6 +1,6 @@
 //! Texels of image files.
 
-use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::io::Cursor;
 use std::path::Path;
 
 use super::text::file_error;
@@ -26,7 +26,7 @@ pub(super) struct Decoded {
 /// Decodes the bytes of an 8- or 16-bit image as textures are; messages name `path`.
 pub(super) fn try_texture(bytes: &[u8], path: &Path) -> Result<(), SceneError> {
     let description = TextureDescription::file(path.to_owned());
-    decode_texels(Cursor::new(bytes), path, &description).map(|_| ())
+    decode_texels(bytes, path, &description).map(|_| ())
 }
 
 /// Reads an image file.
@@ -37,38 +37,36 @@ pub(super) fn load_texels(
     if is_linear(path) {
         return load_linear(path);
     }
-    let file = std::fs::File::open(path).map_err(|e| file_error(path, e.to_string()))?;
-    decode_texels(BufReader::new(file), path, description)
+    let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+    decode_texels(&bytes, path, description)
 }
 
 /// Decodes an image file; messages name `path`.
 fn decode_texels(
-    mut bytes: impl BufRead + Seek,
+    bytes: &[u8],
     path: &Path,
     description: &TextureDescription,
 ) -> Result<Decoded, SceneError> {
     let srgb = description.srgb;
     let fail = |e: &dyn std::fmt::Display| file_error(path, e.to_string());
-    let mut whole = Vec::new();
-    bytes.read_to_end(&mut whole).map_err(|e| fail(&e))?;
     // Nothing in a TGA file says what it is.
     let tga = || image::ImageFormat::from_path(path).ok();
     let tga = || tga().filter(|format| *format == image::ImageFormat::Tga);
-    let format = image::guess_format(&whole).ok().or_else(tga);
+    let format = image::guess_format(bytes).ok().or_else(tga);
     let format = format.ok_or_else(|| {
         fail(&"neither PNG, JPEG, BMP nor TGA (told by the first bytes, TGA by the name)")
     })?;
-    if format == image::ImageFormat::Jpeg && is_cut_jpeg(&whole) {
+    if format == image::ImageFormat::Jpeg && is_cut_jpeg(bytes) {
         return Err(fail(&"the file is cut short"));
     }
-    let reader = || image::ImageReader::with_format(Cursor::new(&whole), format);
+    let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
     let size = reader().into_dimensions().map_err(|e| fail(&e))?;
     let size = (size.0 as usize, size.1 as usize);
-    holds(size, whole.len(), pixels_a_byte(format)).map_err(|why| fail(&why))?;
+    holds(size, bytes.len(), pixels_a_byte(format)).map_err(|why| fail(&why))?;
     let image = decoded(|| reader().decode().map_err(|e| e.to_string()));
     let image = image.map_err(|why| fail(&why))?;
     let place = |note: String| format!("{}: {note}", path.display());
-    let notes = unheeded(&whole).into_iter().map(place).collect();
+    let notes = unheeded(bytes).into_iter().map(place).collect();
     let (width, height) = (image.width() as usize, image.height() as usize);
     if width == 0 || height == 0 {
         return Err(fail(&"the image is empty"));
@@ -149,15 +147,15 @@ pub(super) fn decode_gltf_image(
     image: usize,
     description: &TextureDescription,
 ) -> Result<Decoded, SceneError> {
-    let bytes = Cursor::new(file.image_bytes(image)?);
-    decode_texels(bytes, file.path(), description)
+    decode_texels(&file.image_bytes(image)?, file.path(), description)
 }
 
 /// Bytes that a texture would take, from the header of its file; `None` when it cannot be read.
 pub(super) fn estimated_bytes(description: &TextureDescription) -> Option<usize> {
     if let TextureSource::Gltf { file, image } = &description.source {
-        let bytes = Cursor::new(file.image_bytes(*image).ok()?);
-        let reader = image::ImageReader::new(bytes).with_guessed_format().ok()?;
+        let bytes = file.image_bytes(*image).ok()?;
+        let reader = image::ImageReader::new(Cursor::new(bytes.as_slice()));
+        let reader = reader.with_guessed_format().ok()?;
         let (width, height) = reader.into_dimensions().ok()?;
         return Some(width as usize * height as usize * 3);
     }

@@ -59,6 +59,12 @@ pub trait Contender: Send {
         Ok(())
     }
 
+    /// Which cell of what it remembers each pixel of a shot shows, row by row: equal numbers within a cell, 0 without
+    /// one. Asked of images that are kept, and not charged; `None` for methods without cells.
+    fn cells(&self, _shot: &Shot) -> Option<Vec<f32>> {
+        None
+    }
+
     /// About how much memory it will take for a shot of a scene, of which no more than the positions and triangles need
     /// be loaded; `None` where it cannot tell.
     fn foreseen(&self, _scene: &Scene, _film: Film) -> Option<Foreseen> {
@@ -256,6 +262,8 @@ pub struct Rendered {
     pub lights: Option<LightSet>,
     /// The map that guided the refinement, row-major, if there was one.
     pub discontinuity: Option<Vec<f32>>,
+    /// [`Contender::cells`], of images that are kept.
+    pub cells: Option<Vec<f32>>,
     /// Those of the frame, without the search.
     pub rays: RayCounts,
     /// Searches for the records near a point.

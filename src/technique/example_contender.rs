@@ -10,7 +10,7 @@ use crate::image::Image;
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "half-rate",
-        module: include_str!("example_contender.rs"),
+        module: crate::entry::head_comment!("example_contender.rs"),
         aliases: &[],
         summary: "paths for every other frame, which is shown twice",
         source: "docs/adding.md",

@@ -15,7 +15,7 @@ use crate::trace::{Caster, RayCounter};
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "facing",
-        module: include_str!("example_technique.rs"),
+        module: crate::entry::head_comment!("example_technique.rs"),
         aliases: &[],
         summary: "how much surfaces face the camera",
         source: "docs/adding.md",

@@ -9,7 +9,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "paths",
-        module: include_str!("path_samples.rs"),
+        module: crate::entry::head_comment!("path_samples.rs"),
         aliases: &["samples"],
         summary: "as many paths through each pixel as the budget has samples, each frame anew",
         source: "Kajiya 1986; Veach 1997, power heuristic",

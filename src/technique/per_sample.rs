@@ -25,7 +25,7 @@ parameters! {
 pub const PER_SAMPLE: ContenderEntry<dyn CachedTechnique> = ContenderEntry {
     about: About {
         id: "per-sample",
-        module: include_str!("per_sample.rs"),
+        module: crate::entry::head_comment!("per_sample.rs"),
         aliases: &["path-tracing", "monte-carlo"],
         summary: "no records: the function itself, estimated at every camera sample with as many \
                   rays as the records would take",

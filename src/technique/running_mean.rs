@@ -22,7 +22,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "running-mean",
-        module: include_str!("running_mean.rs"),
+        module: crate::entry::head_comment!("running_mean.rs"),
         aliases: &["temporal"],
         summary: "paths averaged with those of earlier frames by reprojection",
         source: "Nehab et al. 2007; Scherzer et al. 2007: reverse reprojection",

@@ -25,7 +25,7 @@ static CONTENDERS: &[ContenderEntry<Truth>] = &[path_samples::ENTRY, running_mea
 pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "path-tracing",
-        module: include_str!("truth.rs"),
+        module: crate::entry::head_comment!("truth.rs"),
         aliases: &["pt"],
         summary: "path tracing with next-event estimation, to the scene's max_depth",
         source: "Kajiya 1986; Veach 1997, power heuristic",

@@ -62,6 +62,11 @@ async function use(told) {
   await wait(100);
   check("the divider moves", await changes(() => { at("pointerdown", 0.5, 0.5); at("pointermove", 0.1, 0.5); at("pointerup", 0.1, 0.5); }));
   press("s");
+  const folder = document.body.dataset.folder;
+  document.body.dataset.folder = "results/two words";
+  const moved = located("rm -r 'results/two words/jobs/1' && lightbench run a.toml --out 'results/two words'");
+  document.body.dataset.folder = folder;
+  check("commands name the page's place, also quoted", !moved.includes("two words") && moved.startsWith("rm -r ") && moved.includes("/jobs/1"));
   check("o marks records", await changes(() => press("o")));
   const kept = JSON.parse(root.dataset.album).cells[0][0].some((cell) => cell.lights);
   check("and lights where they were kept", find(".marks").textContent === (kept ? "records and lights" : "records"));

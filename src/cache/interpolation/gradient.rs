@@ -74,7 +74,7 @@ impl Gradient {
 pub const ENTRY: InterpolationEntry = InterpolationEntry {
     about: About {
         id: "gradient",
-        module: include_str!("gradient.rs"),
+        module: crate::entry::head_comment!("gradient.rs"),
         aliases: &[],
         summary: "ours: records are extrapolated by their own gradients and weighted off the tangent plane",
         source: "ours; gradients from adjacent directions after Ward & Heckbert 1992",

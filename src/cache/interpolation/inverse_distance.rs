@@ -12,7 +12,7 @@ use crate::entry::{About, Bias, check_keys};
 pub const ENTRY: InterpolationEntry = InterpolationEntry {
     about: About {
         id: "inverse-distance",
-        module: include_str!("inverse_distance.rs"),
+        module: crate::entry::head_comment!("inverse_distance.rs"),
         aliases: &[],
         summary: "the papers' rule: six records by position and normal, weighted by the inverse distance",
         source: "Wu & Shen 2023, section 3.3, eq. 5",

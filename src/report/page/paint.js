@@ -72,6 +72,15 @@ const paint = (function () {
     }
   }
 
+  // Numbers of cells in colours that tell neighbours apart, clear where there is none.
+  function tint(halves, out) {
+    for (let i = 0; i < halves.length; i++) {
+      const number = value[halves[i]], turn = number * 0.618;
+      for (let c = 0; c < 3; c++) out.data[4 * i + c] = 140 + 110 * Math.cos(2 * Math.PI * (turn + c / 3));
+      out.data[4 * i + 3] = number ? 165 : 0;
+    }
+  }
+
   const weights = [0.2126, 0.7152, 0.0722];
   function luminance(halves) {
     const n = halves.length / 3, out = new Float32Array(n);
@@ -89,5 +98,5 @@ const paint = (function () {
     return a;
   }
 
-  return { curves: Object.keys(curves), gradient, picture, map, luminance, plain, difference };
+  return { curves: Object.keys(curves), gradient, picture, map, tint, luminance, plain, difference };
 })();

@@ -60,6 +60,7 @@ function makeStage(root, album, on) {
     if (shown.picture) {
       context.drawImage(shown.picture, at.x, at.y, album.width * at.s, album.height * at.s);
     }
+    if (shown.tint) context.drawImage(shown.tint, at.x, at.y, album.width * at.s, album.height * at.s);
     if (shown.dots) dots(context, shown.dots, at);
     if (shown.inset) inset(context, shown.inset, from, to);
     if (at.s / (window.devicePixelRatio || 1) >= CLOSE && shown.at) numbers(context, shown, at);

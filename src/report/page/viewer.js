@@ -37,8 +37,8 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     .map(function (m) { const b = button("mode", MODES[m].name, () => viewer.mode(m)); b.dataset.mode = m; return b; });
   const split = button("split", "split", () => viewer.split(), "two images with a divider (s)");
   const all = button("all", "all", () => viewer.all(), "all images at once (a)");
-  const marked = ["records", "lights"].filter(has);
-  const marks = button("marks", marked.join(" and "), () => viewer.marks(), "where records are, and lights on the environment map (o)");
+  const marked = ["records", "lights", "cells"].filter(has);
+  const marks = button("marks", marked.join(" and "), () => viewer.marks(), "where records are, lights on the environment map, and a colour for each cell that pixels show (o)");
   const stops = make("input", { type: "range", class: "exposure", min: album.exposure - 8, max: album.exposure + 8, step: 0.1, "aria-label": "exposure",
     oninput: () => { state.exposure = Number(stops.value); show(); } });
   const curve = make("select", { class: "curve", "aria-label": "tone curve", onchange: () => { state.curve = curve.value; show(); } },
@@ -95,7 +95,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
   // An image's canvas, painted again when what it depends on has changed, and its values.
   async function prepared(index) {
     const data = cell(index), mode = modeOf(index);
-    const result = { label: album.labels[index], index, mode, picture: null, at: null, dots: null, inset: null };
+    const result = { label: album.labels[index], index, mode, picture: null, at: null, dots: null, tint: null, inset: null };
     if (!data.image) {
       if (data.picture) result.picture = await eightBits(data.picture);
       return result;
@@ -125,6 +125,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     result.halves = halves;
     result.at = (x, y) => mode === "image" ? [0, 1, 2].map((c) => short(lightbench.values[halves[x + y * album.width + c * n]])) : [short(numbers[x + y * album.width])];
     if (state.marks && data.records) result.dots = await places(data.records);
+    if (state.marks && data.cells) result.tint = await tintOf(data.cells);
     if (state.marks && data.lights) result.inset = await eightBits(data.lights);
     return result;
   }
@@ -137,6 +138,20 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
       dotsOf.set(name, list);
     }
     return dotsOf.get(name);
+  }
+
+  const tints = new Map();
+  async function tintOf(name) {
+    if (!tints.has(name)) {
+      const halves = await lightbench.load(name), canvas = document.createElement("canvas");
+      canvas.width = album.width;
+      canvas.height = album.height;
+      const context = canvas.getContext("2d"), out = context.createImageData(album.width, album.height);
+      paint.tint(halves, out);
+      context.putImageData(out, 0, 0);
+      tints.set(name, canvas);
+    }
+    return tints.get(name);
   }
 
   const pictures = {};
@@ -222,7 +237,7 @@ const viewers = [...document.querySelectorAll(".viewer")].map(function (root) {
     const job = album.jobs[state.chosen] || album.jobs[state.other];
     if (job && place) {
       const folder = document.body.dataset.folder + "/jobs/" + job;
-      again.textContent = located("lightbench replay " + folder + " --pixel " + place.x + "," + place.y);
+      again.textContent = located("lightbench replay " + quoted(folder) + " --pixel " + place.x + "," + place.y);
       replay.hidden = false;
     }
     flip();

@@ -147,7 +147,7 @@ impl Importer<'_> {
             place,
             interpolation: valid(&sampler.interpolation)
                 .ok_or_else(|| file.error(place, "its interpolation is unknown"))?,
-            times_s: times(file, buffers, (place, sampler.input.value()))?,
+            times_s: times(file, buffers, place, sampler.input.value())?,
         };
         let output = sampler.output.value();
         let node: &mut Animated = nodes.entry(index).or_default();
@@ -165,7 +165,8 @@ impl Importer<'_> {
 fn times(
     file: &GltfFile,
     buffers: &Buffers,
-    (place, input): (&str, usize),
+    place: &str,
+    input: usize,
 ) -> Result<Vec<f64>, SceneError> {
     let times = Accessors { file, buffers }.vectors::<1>(input)?;
     let ascend = times.windows(2).all(|pair| pair[0][0] < pair[1][0]);

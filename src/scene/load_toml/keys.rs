@@ -250,14 +250,15 @@ impl<'a> Keys<'a> {
     /// An error about a word, at the value of its key.
     pub fn unknown(&self, key: &'static str, word: &str, known: &[&str]) -> SceneError {
         let span = self.get(key).map_or(self.span.clone(), Spanned::span);
-        self.unknown_at(span, (key, word), known)
+        self.unknown_at(span, key, word, known)
     }
 
     /// An error about a word of a list, at its place.
     pub fn unknown_at(
         &self,
         span: Range<usize>,
-        (key, word): (&str, &str),
+        key: &str,
+        word: &str,
         known: &[&str],
     ) -> SceneError {
         let message = format!(

@@ -118,7 +118,7 @@ fn named(
         found.extend((0..things.len()).filter(called));
         if !things.iter().any(|thing| thing.contains(&name)) {
             let known: Vec<&str> = things.iter().map(|thing| thing[0]).collect();
-            return Err(keys.unknown_at(value.span(), (key, name), &known));
+            return Err(keys.unknown_at(value.span(), key, name, &known));
         }
     }
     Ok(found.into_iter().collect())

@@ -31,7 +31,7 @@ const STREAM: u64 = 0x616f_7261_7973;
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "ambient-occlusion",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["ao"],
         summary: "ambient occlusion interpolated from records of cached visibility",
         source: "Clarberg & Akenine-Möller 2008; Wu & Shen, section 4.3",

@@ -28,7 +28,7 @@ const STREAM: u64 = 0x7274_6c69_6768;
 pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "rt",
-        module: include_str!("light_samples.rs"),
+        module: crate::entry::head_comment!("light_samples.rs"),
         aliases: &["light-samples"],
         summary: "random samples of the lights, a shadow ray each, at what each camera sample sees",
         source: "Stadlbauer et al. 2023, section 4: ray-traced light sampling",

@@ -26,7 +26,7 @@ static CONTENDERS: &[ContenderEntry<Truth>] = &[
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "direct-lighting",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["direct"],
         summary: "emission and direct light of area, point, spot and directional lights, environment and sun",
         source: "Veach 1997, power heuristic",

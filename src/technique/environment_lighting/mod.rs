@@ -34,7 +34,7 @@ use multiple::{MultipleImportance, Samples};
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "environment-lighting",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["environment"],
         summary: "direct light of an environment map, with shadows, under any sampler",
         source: "Wu 2024; Kollig & Keller 2003 for interleaved sampling",

@@ -42,7 +42,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "importance-caching",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["imc"],
         summary: "virtual point lights, sampled by what records around the point received of them",
         source: "Georgiev et al. 2012; Keller 1997; Wu & Shen, section 4.2",

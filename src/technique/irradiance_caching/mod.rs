@@ -38,7 +38,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "irradiance-caching",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["irradiance", "ic"],
         summary: "indirect light interpolated from records of irradiance",
         source: "Ward et al. 1988 with records placed beforehand and the run-time rule of Wu & \

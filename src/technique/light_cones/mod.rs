@@ -48,7 +48,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "light-cones",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["surface-light-cones", "slc"],
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",

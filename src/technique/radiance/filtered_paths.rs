@@ -20,7 +20,7 @@ use crate::trace::{Caster, RayCounter};
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "filtered-paths",
-        module: include_str!("filtered_paths.rs"),
+        module: crate::entry::head_comment!("filtered_paths.rs"),
         aliases: &[],
         summary: "paths of the frame alone, smoothed with the filter of the hash cache",
         source: "Kajiya 1986; filter of Roth et al. 2020, equations 2 to 6",

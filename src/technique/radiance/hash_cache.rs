@@ -10,6 +10,7 @@
 //! miss and never another cell's colour; maps lead to blocks of 4³ cells, which takes a sixth of the memory (`map = "cuckoo"` is
 //! the paper's; what is found is the same).
 
+use super::cells::cell_numbers;
 use super::fill::{Coatings, Pass, SubPaths, samples};
 use super::filter::{Filter, FilterParameters};
 use super::layers::{Filled, Layers, Setting, Smoothing};
@@ -28,7 +29,7 @@ use crate::trace::RayCounter;
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "hash-cache",
-        module: include_str!("hash_cache.rs"),
+        module: crate::entry::head_comment!("hash_cache.rs"),
         aliases: &["hashcache"],
         summary: "diffuse light in the cells of an octree of hash maps, with jitter and layered filtering",
         source: "Roth, Weier, Bauszat, Hinkenjann & Li 2020",
@@ -153,6 +154,12 @@ impl Contender for HashCache {
         self.cells = Some(cells);
         Ok(images)
     }
+
+    fn cells(&self, shot: &Shot) -> Option<Vec<f32>> {
+        let cells = self.cells.as_ref()?;
+        let reading = self.reading(0);
+        Some(cell_numbers(shot, |seen| reading.cell(shot, cells, seen)))
+    }
 }
 
 impl HashCache {
@@ -220,32 +227,38 @@ impl HashCache {
         }
     }
 
+    /// How the camera sample of this number is read.
+    fn reading(&self, number: u64) -> Reading {
+        let parameters = &self.parameters;
+        Reading {
+            sub_paths: self.sub_paths(),
+            jitter: parameters.jitter,
+            cell_pixels: parameters.cell_pixels,
+            least_samples: parameters.least_samples,
+            holes: parameters.holes,
+            seed: self.terms.seed,
+            number,
+        }
+    }
+
     /// Makes an image of the cells.
     fn show(&self, cells: &HashCells, shot: &Shot, rendered: &mut Rendered) {
         let parameters = &self.parameters;
         let passes = parameters
             .reconstruction
             .unwrap_or(self.terms.budget as u32);
-        let rule = self.sub_paths();
         let setting = Setting {
             smoothing: parameters.filter,
             filter: Filter::new(parameters.kernel),
             exposure: shot.scene.exposure,
         };
         let counter = RayCounter::default();
-        let mut layers = Layers::new(shot.width, shot.height, rule.most());
+        let mut layers = Layers::new(shot.width, shot.height, self.sub_paths().most());
         let mut mean = ImageMean::new(shot.width, shot.height);
         let (mut read, mut filled) = (Read::default(), Filled::default());
         for pass in 0..passes {
-            let reading = Reading {
-                sub_paths: rule,
-                jitter: parameters.jitter,
-                cell_pixels: parameters.cell_pixels,
-                least_samples: parameters.least_samples,
-                holes: parameters.holes,
-                seed: self.terms.seed,
-                number: u64::from(shot.frame) * u64::from(passes) + u64::from(pass),
-            };
+            let number = u64::from(shot.frame) * u64::from(passes) + u64::from(pass);
+            let reading = self.reading(number);
             let rows = rendered.stages.time("reconstruction", || {
                 layers.fill(|layers, y| {
                     let caster = shot.tracer.caster(&counter);

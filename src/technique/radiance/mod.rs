@@ -2,6 +2,7 @@
 //! the light in the scene. The truth is path tracing of every measured frame.
 
 mod camera;
+mod cells;
 mod fill;
 pub mod filter;
 mod filtered_paths;
@@ -29,7 +30,7 @@ static CONTENDERS: &[ContenderEntry<Truth>] = &[
 pub const ENTRY: TechniqueEntry = TechniqueEntry {
     about: About {
         id: "radiance",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["global-illumination"],
         summary: "all light over the frames of a sequence, by caches that remember and by path tracing",
         source: "Roth et al. 2020; truth: path tracing to the scene's max_depth",

@@ -6,9 +6,9 @@ use glam::Vec3;
 use super::camera::{jittered, viewer_key};
 use super::fill::SubPaths;
 use super::layers::{GlossVertex, LayerRow, LayerVertex};
-use crate::cache::hash::{HashCells, Look};
+use crate::cache::hash::{Grid, HashCells, Look};
 use crate::entry::words;
-use crate::sample::{Frame, Rng};
+use crate::sample::{Frame, Rng, hash};
 use crate::shade::{Interaction, Leg, Lobes, Met, Vertex};
 use crate::technique::Shot;
 use crate::trace::{Caster, Ray};
@@ -37,6 +37,39 @@ pub struct Reading {
     pub seed: u64,
     /// Number of the camera sample among all of the sequence.
     pub number: u64,
+}
+
+impl Reading {
+    /// The level that is read at the end of a path of this length, scene units.
+    fn level(&self, shot: &Shot, grid: &Grid, path_length: f32) -> u32 {
+        let finest = grid.levels();
+        let [_, half] = shot.view.half_tangents(shot.width, shot.height);
+        let pixel = path_length * (2.0 * half / shot.height as f64) as f32;
+        let wanted = pixel * self.cell_pixels / grid.cell_size(finest);
+        let coarser = wanted.max(1.0).log2().floor() as u32;
+        finest.saturating_sub(coarser)
+    }
+
+    /// A key of the cell that is read without jitter for what the camera sees; `None` for surfaces that are not cached
+    /// and for holes.
+    pub fn cell(&self, shot: &Shot, cells: &HashCells, seen: &Vertex) -> Option<u64> {
+        if !self.sub_paths.caches(&seen.at) {
+            return None;
+        }
+        let (position, normal) = (seen.at.position, seen.at.facing_normal());
+        let wanted = self.level(shot, cells.grid(), seen.distance);
+        let coarsest = match self.holes {
+            Holes::Neighbours => wanted,
+            Holes::Coarser => 0,
+        };
+        let is_known = |level: &u32| match cells.look(*level, position, normal) {
+            Look::Found { samples, .. } => samples >= self.least_samples,
+            Look::Absent | Look::Empty => false,
+        };
+        let level = (coarsest..=wanted).rev().find(is_known)?;
+        let key = cells.grid().key_at(level, position)?;
+        Some(hash(key) ^ u64::from(level))
+    }
 }
 
 /// What reading took and met.
@@ -232,15 +265,7 @@ impl<'a> Reader<'a> {
         rng: &mut Rng,
     ) -> (Vec3, bool) {
         let grid = self.cells.grid();
-        let finest = grid.levels();
-        let [_, half] = self
-            .shot
-            .view
-            .half_tangents(self.shot.width, self.shot.height);
-        let pixel = path_length * (2.0 * half / self.shot.height as f64) as f32;
-        let wanted = pixel * self.reading.cell_pixels / grid.cell_size(finest);
-        let coarser = wanted.max(1.0).log2().floor() as u32;
-        let level = finest.saturating_sub(coarser);
+        let level = self.reading.level(self.shot, grid, path_length);
         let reach = grid.cell_size(level) * self.reading.jitter;
         if reach > 0.0 {
             let frame = Frame::from_normal(normal);

@@ -36,7 +36,7 @@ use crate::entry::{About, Bias, ParameterError};
 /// As lists show the biased variant.
 pub const ABOUT_BIASED: About = About {
     id: "restir",
-    module: include_str!("mod.rs"),
+    module: crate::entry::head_comment!("mod.rs"),
     aliases: &[],
     summary: "light samples resampled over pixels and frames, biased: 32 candidates, 5 neighbours in 2 rounds",
     source: "Bitterli et al. 2020, algorithms 3 to 5",
@@ -54,7 +54,7 @@ pub const ABOUT_BIASED: About = About {
 /// As lists show the unbiased variant.
 pub const ABOUT_UNBIASED: About = About {
     id: "restir-unbiased",
-    module: include_str!("mod.rs"),
+    module: crate::entry::head_comment!("mod.rs"),
     aliases: &[],
     summary: "light samples resampled over pixels and frames, unbiased: 32 candidates, 3 neighbours, weights with shadow rays",
     source: "Bitterli et al. 2020, algorithm 6 with weights of multiple importance sampling",
@@ -71,7 +71,7 @@ pub const ABOUT_UNBIASED: About = About {
 /// As lists show the variant of the library.
 pub const ABOUT_RTXDI: About = About {
     id: "rtxdi",
-    module: include_str!("mod.rs"),
+    module: crate::entry::head_comment!("mod.rs"),
     aliases: &["restir-rtxdi"],
     summary: "light samples resampled over pixels and frames, with settings like the RTXDI library's defaults",
     source: "Bitterli et al. 2020; defaults of NVIDIA's RTXDI library, ReSTIRDI.cpp",

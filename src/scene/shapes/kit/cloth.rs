@@ -9,6 +9,10 @@ use crate::scene::Mesh;
 /// A sheet of `count` vertices per direction over `position(u, v)` with u, v in `[0, 1]`, thickened
 /// by `thickness` against its front side `d/du × d/dv`.
 pub fn sheet(count: [usize; 2], thickness: f64, position: impl Fn(f64, f64) -> DVec3) -> Mesh {
+    sheet_of(count, thickness, &position)
+}
+
+fn sheet_of(count: [usize; 2], thickness: f64, position: &dyn Fn(f64, f64) -> DVec3) -> Mesh {
     let [columns, rows] = count.map(|n| n.max(2));
     let at = |i: usize, j: usize| {
         position(

@@ -32,6 +32,15 @@ pub fn lattice(
     wrap: [bool; 2],
     position: impl Fn(usize, usize) -> DVec3,
 ) -> Mesh {
+    lattice_of(count, wrap, &position)
+}
+
+/// Compiled once for all lattices; so are the kit's other shapes that take functions.
+fn lattice_of(
+    count: [usize; 2],
+    wrap: [bool; 2],
+    position: &dyn Fn(usize, usize) -> DVec3,
+) -> Mesh {
     let [columns, rows] = count;
     let mut mesh = Mesh::default();
     for v in 0..rows {
@@ -92,6 +101,10 @@ pub fn y_towards(direction: DVec3) -> DMat4 {
 
 /// All meshes as one.
 pub fn merged(meshes: impl IntoIterator<Item = Mesh>) -> Mesh {
+    merged_of(&mut meshes.into_iter())
+}
+
+fn merged_of(meshes: &mut dyn Iterator<Item = Mesh>) -> Mesh {
     let mut out = Mesh::default();
     for mesh in meshes {
         out.append(&mesh);

@@ -35,7 +35,7 @@ use crate::trace::{RayCounter, RayCounts};
 pub(super) const ENTRY: ContenderEntry<IrradianceCaching> = ContenderEntry {
     about: About {
         id: "on-demand",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["ward", "irradiance-cache"],
         summary: "the classic irradiance cache: records with gradients, made where none may be used",
         source: "Ward et al. 1988; Ward & Heckbert 1992; Tabellion & Lamorlette 2004; Křivánek et \

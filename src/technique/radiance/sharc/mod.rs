@@ -26,11 +26,13 @@ use self::key::{Grid, Key};
 use self::path::{Query, Rule, Tally, Walk};
 use self::table::{Ages, Cell, Merged, Sample, Table};
 use super::camera::{first_leg, viewer_key};
+use super::cells::cell_numbers;
 use super::filter::{Filter, FilterParameters};
 use super::layers::{LayerVertex, Layers, Setting, Smoothing};
 use crate::entry::{About, Bias, parameters};
 use crate::image::{Image, ImageMean};
 use crate::sample::Rng;
+use crate::shade::Vertex;
 use crate::technique::truth::Truth;
 use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
 use crate::trace::{Caster, RayCounter};
@@ -39,7 +41,7 @@ use crate::trace::{Caster, RayCounter};
 pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     about: About {
         id: "sharc",
-        module: include_str!("mod.rs"),
+        module: crate::entry::head_comment!("mod.rs"),
         aliases: &["radiance-hash"],
         summary: "radiance in hashed cells by distance, fed by few paths of each frame, where camera paths end",
         source: "NVIDIA SHaRC 1.6; Binder, Fricke & Keller 2018 for the hashing",
@@ -153,6 +155,23 @@ impl Contender for Sharc {
             self.show(shot, rendered);
         }
         Ok(images)
+    }
+
+    /// Camera paths end on these with query = "primary"; with "secondary" on those of what they see next.
+    fn cells(&self, shot: &Shot) -> Option<Vec<f32>> {
+        let grid = Grid::new(shot, self.parameters.cell_pixels);
+        let least = self.parameters.least_samples as f32;
+        let key = |seen: &Vertex| {
+            let at = &seen.at;
+            let place = grid.place(at.position, at.facing_normal());
+            let key = place.filter(|_| at.bsdf.has_base())?.key;
+            let is_known = self
+                .table
+                .get(key)
+                .is_some_and(|cell| cell.samples >= least);
+            is_known.then(|| u64::from(key.hash()))
+        };
+        Some(cell_numbers(shot, key))
     }
 }
 
