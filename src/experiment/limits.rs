@@ -6,6 +6,7 @@ use toml::Value;
 
 use super::config::{Config, ConfigError, Source};
 use super::overrides::Override;
+use super::plan::Plan;
 use super::reference_store::REFERENCES;
 
 /// Most jobs of a plan: as many as lists and pages of them are good for.
@@ -192,6 +193,24 @@ pub(super) fn check_name(name: &str) -> Result<(), String> {
     }
 }
 
+/// A config makes one job at least.
+pub(super) fn check_jobs(source: &Source, config: &Config, plan: &Plan) -> Result<(), ConfigError> {
+    if !plan.jobs.is_empty() {
+        return Ok(());
+    }
+    let (key, expected) = match config.scene.is_empty() {
+        true => ("scene", "at least one [[scene]]"),
+        false => (
+            "environment",
+            "at least one map; without the key a scene has its own",
+        ),
+    };
+    Err(source.error(
+        &[key],
+        format!("no job comes of an empty list: expected {expected}"),
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -212,6 +231,33 @@ mod tests {
             message.contains("c.toml:14:1") && message.contains("another table"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn empty_lists_make_no_experiment() {
+        let refused = |scenes: &str| {
+            let source = Source {
+                file: "c.toml".into(),
+                text: format!(
+                    "name = \"t\"\ntechnique = \"environment-lighting\"\nlights = 4\n{scenes}\n[[method]]\nid = \"mis\"\n"
+                ),
+            };
+            super::super::plan::plan(&source, &[]).map_err(|error| error.to_string())
+        };
+        for (scenes, expected) in [
+            (
+                "scene = []",
+                "c.toml:4:1: no job comes of an empty list: expected at least one [[scene]]",
+            ),
+            (
+                "environment = []\n[[scene]]\nname = \"still-puzzle\"",
+                "c.toml:4:1: no job",
+            ),
+        ] {
+            let message = refused(scenes).expect_err(scenes);
+            assert!(message.starts_with(expected), "{message}");
+        }
+        refused("environment = [\"gym\"]\n[[scene]]\nname = \"still-puzzle\"").expect("a job");
     }
 
     #[test]

@@ -235,6 +235,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         }
         .add_jobs(&mut plan)?;
     }
+    limits::check_jobs(source, &base, &plan)?;
     super::check::check(source, &base, &plan.jobs)?;
     plan.notes.sort();
     plan.notes.dedup();

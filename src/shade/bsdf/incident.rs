@@ -199,8 +199,8 @@ impl Lit<'_> {
         let (z, number) = (&self.z[..count], &number[..count]);
         let mut sums = [[0.0; LANES]; 3];
         for first in (0..count).step_by(LANES) {
-            for lane in 0..LANES {
-                let i = first + lane;
+            for i in first..first + LANES {
+                let lane = i - first;
                 let number = if z[i] > 0.0 { number[i] } else { 0.0 };
                 sums[0][lane] += red[i] * number;
                 sums[1][lane] += green[i] * number;

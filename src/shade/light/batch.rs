@@ -126,8 +126,8 @@ fn send(batch: &mut LightBatch, position: Vec3) {
     let [nx, ny, nz] = &batch.normal;
     let [red, green, blue] = &mut batch.light;
     let mut pdf_area = [0.0; LANES];
-    for lane in 0..LANES {
-        pdf_area[lane] = batch.chosen[lane].density;
+    for (pdf_area, chosen) in pdf_area.iter_mut().zip(&batch.chosen) {
+        *pdf_area = chosen.density;
     }
     for lane in 0..LANES {
         let x = px[lane] - position.x;
