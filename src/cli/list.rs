@@ -71,15 +71,12 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let all = entries();
     // `VGC+DGS` is two of them.
     let parts: Vec<&str> = name.split('+').collect();
-    let chosen: Vec<_> = all
-        .iter()
-        .filter(|(k, about)| {
-            let of_kind =
-                kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'));
-            of_kind && (name == "all" || parts.iter().any(|part| about.answers_to(part)))
-        })
-        .collect();
-    if chosen.len() < parts.len() {
+    let of_kind = |(k, _): &&(&str, &About)| {
+        kind.is_none_or(|kind| kind.trim_end_matches('s') == k.trim_end_matches('s'))
+    };
+    let of_kind: Vec<_> = all.iter().filter(of_kind).collect();
+    let answers = |part: &str| of_kind.iter().any(|(_, about)| about.answers_to(part));
+    if name != "all" && !parts.iter().all(|part| answers(part)) {
         let ids: Vec<&str> = all.iter().map(|(_, about)| about.id).collect();
         let known: Vec<String> = all.iter().map(|(k, a)| format!("{k}/{}", a.id)).collect();
         return Err(Failure::usage(format!(
@@ -92,8 +89,10 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
             known.join(", ")
         )));
     }
-    for (kind, about) in chosen {
-        out::write(page(kind, about));
+    for (kind, about) in of_kind {
+        if name == "all" || parts.iter().any(|part| about.answers_to(part)) {
+            out::write(page(kind, about));
+        }
     }
     Ok(exit::OK)
 }
