@@ -32,7 +32,14 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     let mut seen = HashSet::new();
     united.sharded = plans.iter().filter_map(|plan| plan.sharded).max();
     united.jobs = plans.into_iter().flat_map(|p| p.jobs).collect();
-    united.jobs.retain(|job| seen.insert(job.place()));
+    let mut repeated = Vec::new();
+    united.jobs.retain(|job| {
+        let is_new = seen.insert(job.place());
+        if !is_new {
+            repeated.push(job.id.clone());
+        }
+        is_new
+    });
     if united.in_other_shards() > 0 {
         let jobs = united.in_other_shards();
         tell!("note: {jobs} jobs are in shards that are not among these folders");
@@ -44,10 +51,9 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     for store in &stores {
         provenance.unite(Provenance::of(store));
     }
-    united
-        .jobs
-        .iter()
-        .for_each(|job| tell_of_other_results(&target, &stores, &job.id));
+    for id in &repeated {
+        tell_of_other_results(&target, &stores, id);
+    }
     let ids: HashSet<&str> = united.jobs.iter().map(|job| job.id.as_str()).collect();
     let adopted = |id| adopt_best(&target, &stores, id).transpose();
     let rows = ids.into_par_iter().filter_map(adopted);
