@@ -276,11 +276,11 @@ impl Interaction<'_> {
             return self.bsdf.scattered(self.local_view, incident);
         }
         let one = |(local, power): (Vec3, Vec3)| self.evaluate(self.frame.to_world(local)) * power;
-        incident.iter().map(one).sum()
+        incident.each(self.viewer_side()).map(one).sum()
     }
 
     /// Sign of z of the viewer in the frame of [`Interaction::to_local`]; 0 counts as above.
-    pub fn viewer_side(&self) -> f32 {
+    fn viewer_side(&self) -> f32 {
         if self.local_view.z < 0.0 { -1.0 } else { 1.0 }
     }
 

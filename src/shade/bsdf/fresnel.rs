@@ -40,11 +40,14 @@ pub fn dielectric(cos_incident: f32, ior: f32) -> DielectricFresnel {
 #[inline(always)]
 pub fn outside(cos: f32, ior: f32) -> f32 {
     let cos = cos.min(1.0);
-    let sin2_refracted = (1.0 - cos * cos) / (ior * ior);
+    let sin2_refracted = (1.0 - cos * cos) * (1.0 / (ior * ior));
     let refracted = (1.0 - sin2_refracted).max(0.0).sqrt();
-    let senkrecht = (cos - ior * refracted) / (cos + ior * refracted);
-    let parallel = (ior * cos - refracted) / (ior * cos + refracted);
-    let reflectance = 0.5 * (senkrecht * senkrecht + parallel * parallel);
+    // Both fractions over one denominator.
+    let (senkrecht, parallel) = (cos - ior * refracted, ior * cos - refracted);
+    let (under_senkrecht, under_parallel) = (cos + ior * refracted, ior * cos + refracted);
+    let (senkrecht, parallel) = (senkrecht * under_parallel, parallel * under_senkrecht);
+    let under = under_senkrecht * under_parallel;
+    let reflectance = 0.5 * (senkrecht * senkrecht + parallel * parallel) / (under * under);
     if sin2_refracted >= 1.0 {
         1.0
     } else {

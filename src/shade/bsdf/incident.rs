@@ -1,135 +1,212 @@
-//! What a surface scatters to its viewer of light from many directions at once.
+//! What a surface scatters to its viewer of light that spreads over many cones.
+
+use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3;
 use multiversion::multiversion;
 
 use super::conductor::Conductor;
-use super::microfacet::{Microfacets, ggx_density, ggx_masking};
+use super::microfacet::{GgxMirror, Microfacets};
 use super::plastic::{Coating, Plastic};
 use super::{LocalBsdf, Model, fresnel};
 use crate::scene::MicrofacetDistribution;
 
-/// Light from many directions, number by number.
-#[derive(Clone, Debug, Default)]
+/// Light that spreads evenly over a cone.
+#[derive(Clone, Copy, Debug)]
+pub struct LightCone {
+    /// Unit vectors of the local frame: two across the axis, and the axis.
+    pub axes: [Vec3; 3],
+    /// 1 − cos α of the half angle α.
+    pub height: f32,
+    /// Linear RGB: irradiance of a surface that faced all of it.
+    pub power: Vec3,
+    /// In how many directions it is put into the material.
+    pub directions: usize,
+}
+
+/// Light of several cones, and directions that spread over them.
+#[derive(Clone, Debug)]
 pub struct Incident {
-    /// Unit vectors of the local frame, one array a coordinate.
-    directions: [Vec<f32>; 3],
-    /// What each brings, linear RGB: irradiance of a surface that faced it.
-    power: [Vec<f32>; 3],
-    /// How many there are; arrays are longer by [`LANES`] at least, and what lies beyond means nothing.
-    len: usize,
-    factors: Factors,
+    cones: Vec<LightCone>,
+    /// Whether the directions of a cone above the surface bring the light of those below it too.
+    renormalised: bool,
+    /// Turns of directions around the axis of their cone.
+    turns: Turns,
+    /// Of all cones, one after another.
+    directions: Directions,
 }
 
-/// Working space: a number of each direction, in loops that processors work through many at a time.
+/// Numbers of directions, in loops that processors work through many at a time: what lies beyond the last direction means
+/// nothing.
 #[derive(Clone, Debug, Default)]
-struct Factors {
-    /// What power is multiplied by.
-    number: Vec<f32>,
-    /// What facets reflect to the viewer without the Fresnel term.
-    reflected: Vec<f32>,
-    /// Cosine between the direction and the facet that reflects it to the viewer.
-    cosine: Vec<f32>,
+struct Directions {
+    /// How many there are.
+    len: usize,
+    /// Unit vectors of the local frame.
+    x: Vec<f32>,
+    y: Vec<f32>,
+    z: Vec<f32>,
+    /// What the material scatters of each: two numbers, for materials of two parts.
+    first: Vec<f32>,
+    second: Vec<f32>,
 }
 
-/// Directions that are worked on together.
-pub const LANES: usize = 8;
-/// A number of each of them.
-type Lanes = [f32; LANES];
+/// Cosines and sines of angles, one golden angle after another.
+#[derive(Clone, Debug)]
+struct Turns {
+    cosines: Vec<f32>,
+    sines: Vec<f32>,
+}
+
+/// The golden ratio's fractional part.
+const GOLDEN_TURN: f32 = 0.618_034;
+/// Directions are worked on this many at a time: those of a cone when they are made, those of all cones together in the
+/// material.
+const BATCH: usize = 16;
+
+impl Turns {
+    /// Those of at least `count` directions.
+    fn new(count: usize) -> Self {
+        let count = count.next_multiple_of(BATCH);
+        let angle = |i: usize| TAU * (i as f32 * GOLDEN_TURN).fract();
+        Self {
+            cosines: (0..count).map(|i| angle(i).cos()).collect(),
+            sines: (0..count).map(|i| angle(i).sin()).collect(),
+        }
+    }
+}
 
 impl Incident {
+    /// No light yet; cones have `most_directions` at most.
+    pub fn new(most_directions: usize, renormalised: bool) -> Self {
+        Self {
+            cones: Vec::new(),
+            renormalised,
+            turns: Turns::new(most_directions),
+            directions: Directions::default(),
+        }
+    }
+
     /// Takes all light away.
     pub fn clear(&mut self) {
-        self.len = 0;
+        self.cones.clear();
+        self.directions.len = 0;
     }
 
-    /// Adds `count` directions that bring the same power each. `write` puts their coordinates into three arrays, which are
-    /// longer than `count` by less than [`LANES`], a multiple of that; what lies beyond means nothing.
-    pub fn add(&mut self, count: usize, power: Vec3, write: impl FnOnce([&mut [f32]; 3])) {
-        self.make_room(count);
-        let place = self.len..self.len + count.next_multiple_of(LANES);
-        for (array, power) in self.power.iter_mut().zip(power.to_array()) {
-            array[place.clone()].fill(power);
-        }
-        write(
-            self.directions
-                .each_mut()
-                .map(|array| &mut array[place.clone()]),
-        );
-        self.len += count;
+    /// Adds the light of a cone.
+    pub fn add(&mut self, cone: LightCone) {
+        self.directions.len += cone.directions;
+        self.cones.push(cone);
     }
 
-    /// For `count` more directions, and a batch beyond them.
-    fn make_room(&mut self, count: usize) {
-        let least = self.len + count + 2 * LANES;
-        if self.power[0].len() < least {
-            let arrays = self.directions.iter_mut().chain(&mut self.power);
-            arrays.for_each(|array| array.resize(2 * least, 0.0));
-        }
-    }
-
-    /// Multiplies the power of the last `count` directions.
-    pub fn scale_last(&mut self, count: usize, factor: f32) {
-        let last = self.len - count..self.len;
-        let arrays = self.power.iter_mut();
-        let powers = arrays.flat_map(|array| &mut array[last.clone()]);
-        powers.for_each(|power| *power *= factor);
-    }
-
-    /// How many of the last `count` directions lie on the side where z has this sign.
-    pub fn above(&self, count: usize, sign: f32) -> usize {
-        let z = &self.directions[2][self.len - count..self.len];
-        z.iter().map(|z| usize::from(z * sign > 0.0)).sum()
-    }
-
-    /// Number of directions.
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there is none.
+    /// Whether there is no light.
     pub fn is_empty(&self) -> bool {
-        self.len == 0
+        self.cones.is_empty()
     }
 
-    /// Each direction with its power.
-    pub fn iter(&self) -> impl Iterator<Item = (Vec3, Vec3)> {
-        let at = |[x, y, z]: &[Vec<f32>; 3], i: usize| Vec3::new(x[i], y[i], z[i]);
-        (0..self.len()).map(move |i| (at(&self.directions, i), at(&self.power, i)))
-    }
-
-    /// All directions, as the material sees them from its viewer.
-    fn seen(&mut self, view: Vec3, turn: f32) -> (Lit<'_>, &mut Factors) {
-        self.pad();
-        let count = self.len;
-        let Factors {
-            number,
-            reflected,
-            cosine,
-        } = &mut self.factors;
-        for array in [number, reflected, cosine] {
-            array.resize(count, 0.0);
+    /// Makes the directions, mirrored at the surface where `turn` is −1. Above is where z is positive after that.
+    #[inline(always)]
+    fn spread(&mut self, turn: f32) {
+        self.directions.make_room();
+        let Directions { x, y, z, .. } = &mut self.directions;
+        let mut start = 0;
+        for cone in &mut self.cones {
+            let step = cone.height / cone.directions as f32;
+            let [across, along, axis] = cone.axes.map(|v| v * Vec3::new(1.0, 1.0, turn));
+            let count = cone.directions.next_multiple_of(BATCH);
+            let place = start..start + count;
+            let (x, y, z) = (&mut x[place.clone()], &mut y[place.clone()], &mut z[place]);
+            let (cosines, sines) = (&self.turns.cosines[..count], &self.turns.sines[..count]);
+            for i in 0..count {
+                let depth = (i as i32 as f32 + 0.5) * step;
+                let sine = (depth * (2.0 - depth)).max(0.0).sqrt();
+                let (right, up) = (sine * cosines[i], sine * sines[i]);
+                let ahead = 1.0 - depth;
+                x[i] = across.x * right + along.x * up + axis.x * ahead;
+                y[i] = across.y * right + along.y * up + axis.y * ahead;
+                z[i] = across.z * right + along.z * up + axis.z * ahead;
+            }
+            if self.renormalised {
+                let above = z[..cone.directions].iter().filter(|z| **z > 0.0).count();
+                cone.power *= cone.directions as f32 / above.max(1) as f32;
+            }
+            start += cone.directions;
         }
-        let [x, y, z] = &mut self.directions;
-        z[..count].iter_mut().for_each(|z| *z *= turn);
-        let lit = Lit {
-            view,
-            x: &x[..count],
-            y: &y[..count],
-            z: &z[..count],
-            power: self.power.each_ref().map(|power| &power[..count]),
-        };
-        (lit, &mut self.factors)
     }
 
-    /// Adds directions without light until they fill the lanes.
-    fn pad(&mut self) {
-        let missing = self.len.next_multiple_of(LANES) - self.len;
-        self.add(missing, Vec3::ZERO, |[x, y, z]| {
-            x.fill(0.0);
-            y.fill(0.0);
-            z.fill(-1.0);
+    /// Each direction with its power, from the viewer's side `side` (the sign of z).
+    pub fn each(&mut self, side: f32) -> impl Iterator<Item = (Vec3, Vec3)> {
+        self.spread(side);
+        let Directions { x, y, z, .. } = &self.directions;
+        let powers = self.cones.iter().flat_map(|cone| {
+            let power = cone.power / cone.directions as f32;
+            std::iter::repeat_n(power, cone.directions)
         });
+        powers.enumerate().map(move |(i, power)| {
+            let direction = Vec3::new(x[i], y[i], side * z[i]);
+            (direction, power)
+        })
+    }
+
+    /// The sum over directions of power times numbers of them.
+    #[inline(always)]
+    fn sum(&self, numbers: &[f32]) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        let mut start = 0;
+        for cone in &self.cones {
+            let end = start + cone.directions;
+            let number: f32 = numbers[start..end].iter().sum();
+            sum += cone.power * (number / cone.directions as f32);
+            start = end;
+        }
+        sum
+    }
+}
+
+impl Directions {
+    /// For all directions, and a batch beyond them.
+    fn make_room(&mut self) {
+        let least = self.len.next_multiple_of(BATCH) + BATCH;
+        if self.x.len() < least {
+            let Self {
+                x,
+                y,
+                z,
+                first,
+                second,
+                ..
+            } = self;
+            let arrays = [x, y, z, first, second];
+            arrays
+                .into_iter()
+                .for_each(|array| array.resize(2 * least, 0.0));
+        }
+    }
+
+    /// Puts a number of each direction above the surface, of the cosine to the normal there, into `first`, and 0 for the
+    /// others.
+    #[inline(always)]
+    fn fill(&mut self, number: impl Fn(f32) -> f32) {
+        let count = self.len.next_multiple_of(BATCH);
+        let (z, first) = (&self.z[..count], &mut self.first[..count]);
+        for i in 0..count {
+            let cosine = z[i].max(0.0);
+            first[i] = if z[i] > 0.0 { number(cosine) } else { 0.0 };
+        }
+    }
+
+    /// Puts what facets (GGX) reflect to the viewer of each direction into `second`; `fresnel` is told the cosine between
+    /// the direction and the facet.
+    #[inline(always)]
+    fn reflect(&mut self, view: Vec3, facets: Microfacets, fresnel: impl Fn(f32) -> f32) {
+        let count = self.len.next_multiple_of(BATCH);
+        let (x, y, z) = (&self.x[..count], &self.y[..count], &self.z[..count]);
+        let second = &mut self.second[..count];
+        let mirror = GgxMirror::new(facets, view);
+        for i in 0..count {
+            let (reflected, cosine) = mirror.reflected(x[i], y[i], z[i]);
+            second[i] = reflected * fresnel(cosine);
+        }
     }
 }
 
@@ -143,20 +220,17 @@ impl LocalBsdf<'_> {
         }
         let scattered = match &self.model {
             Model::Diffuse(diffuse) => {
-                let (lit, factors) = incident.seen(seen_from, turn);
-                diffuse.reflectance * std::f32::consts::FRAC_1_PI * diffuse_sum(&lit, factors)
+                diffuse.reflectance * FRAC_1_PI * diffuse_sum(incident, turn)
             }
             Model::Plastic(plastic) if plastic.coating.facets.is_none_or(is_plain) => {
-                let (lit, factors) = incident.seen(seen_from, turn);
-                plastic.scattered(&lit, factors)
+                plastic.scattered(seen_from, incident, turn)
             }
             Model::RoughConductor(metal, facets) if is_plain(*facets) => {
-                let (lit, factors) = incident.seen(seen_from, turn);
-                metal.specular * metal_sum(&lit, metal, *facets, factors)
+                metal.specular * metal_sum(incident, turn, seen_from, metal, *facets)
             }
             _ => {
                 let one = |(light, power): (Vec3, Vec3)| self.evaluate(view, light) * power;
-                return incident.iter().map(one).sum();
+                return incident.each(turn).map(one).sum();
             }
         };
         scattered * self.opacity
@@ -169,137 +243,66 @@ fn is_plain(facets: Microfacets) -> bool {
 }
 
 impl Plastic<'_> {
-    fn scattered(&self, lit: &Lit, factors: &mut Factors) -> Vec3 {
+    fn scattered(&self, view: Vec3, incident: &mut Incident, turn: f32) -> Vec3 {
         let coating = self.coating;
         let [base, gloss] = match coating.facets {
-            Some(facets) => coated_sums(lit, coating, facets, factors),
-            None => [smooth_sum(lit, coating, factors), Vec3::ZERO],
+            Some(facets) => coated_sums(incident, turn, view, coating, facets),
+            None => [smooth_sum(incident, turn, coating), Vec3::ZERO],
         };
-        let through = coating.transmittance(lit.view.z) * std::f32::consts::FRAC_1_PI;
+        let through = coating.transmittance(view.z) * FRAC_1_PI;
         self.base() * through * base + self.specular * gloss
     }
 }
 
-/// Light and its viewer, on the lit side of the surface: all arrays are of the same length, a multiple of [`LANES`].
-struct Lit<'a> {
-    view: Vec3,
-    x: &'a [f32],
-    y: &'a [f32],
-    z: &'a [f32],
-    power: [&'a [f32]; 3],
-}
-
-impl Lit<'_> {
-    /// The sum of power times a number of each direction above the surface.
-    #[inline(always)]
-    fn sum(&self, number: &[f32]) -> Vec3 {
-        let count = number.len() / LANES * LANES;
-        let [red, green, blue] = self.power;
-        let (red, green, blue) = (&red[..count], &green[..count], &blue[..count]);
-        let (z, number) = (&self.z[..count], &number[..count]);
-        let mut sums = [[0.0; LANES]; 3];
-        for first in (0..count).step_by(LANES) {
-            for i in first..first + LANES {
-                let lane = i - first;
-                let number = if z[i] > 0.0 { number[i] } else { 0.0 };
-                sums[0][lane] += red[i] * number;
-                sums[1][lane] += green[i] * number;
-                sums[2][lane] += blue[i] * number;
-            }
-        }
-        Vec3::new(total(&sums[0]), total(&sums[1]), total(&sums[2]))
-    }
-
-    /// What facets (GGX) reflect to the viewer, and the cosine of that: `Microfacets::density` and `Microfacets::masking` of
-    /// every direction.
-    #[inline(always)]
-    fn reflect(&self, facets: Microfacets, factors: &mut Factors) {
-        let view = self.view;
-        let alpha2 = facets.alpha() * facets.alpha();
-        let scale = facets.masking(view, Vec3::Z) / (4.0 * view.z);
-        let count = self.z.len();
-        let (xs, ys, zs) = (&self.x[..count], &self.y[..count], &self.z[..count]);
-        let reflected = &mut factors.reflected[..count];
-        let cosine = &mut factors.cosine[..count];
-        for i in 0..count {
-            let (x, y, z) = (xs[i], ys[i], zs[i]);
-            let (hx, hy, hz) = (view.x + x, view.y + y, view.z + z);
-            let inverse = 1.0 / (hx * hx + hy * hy + hz * hz).sqrt();
-            let (hx, hy, hz) = (hx * inverse, hy * inverse, hz * inverse);
-            let towards = view.x * hx + view.y * hy + view.z * hz;
-            let spread = (hx * hx + hy * hy) / alpha2 + hz * hz;
-            let density = ggx_density(spread, alpha2);
-            let density = if density * hz > 1e-20 { density } else { 0.0 };
-            let tangent2 = (x * x + y * y) / (z * z) * alpha2;
-            let masking = ggx_masking(tangent2);
-            let seen = (towards > 0.0) & (x * hx + y * hy + z * hz > 0.0);
-            reflected[i] = if seen { density * masking * scale } else { 0.0 };
-            cosine[i] = towards;
-        }
-    }
-}
-
-#[inline(always)]
-fn total(sums: &Lanes) -> f32 {
-    let [a, b, c, d, e, f, g, h] = *sums;
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
-impl Factors {
-    /// Puts a number of each direction, made of a number of its own in another array, where power is multiplied.
-    #[inline(always)]
-    fn fill(&mut self, from: &[f32], number: impl Fn(f32) -> f32) -> &[f32] {
-        for (to, &from) in self.number.iter_mut().zip(from) {
-            *to = number(from);
-        }
-        &self.number
-    }
-
-    /// Puts what facets reflect there, with a Fresnel term of the cosine.
-    #[inline(always)]
-    fn gloss(&mut self, fresnel: impl Fn(f32) -> f32) -> &[f32] {
-        let facets = self.reflected.iter().zip(&self.cosine);
-        for (to, (reflected, &cosine)) in self.number.iter_mut().zip(facets) {
-            *to = reflected * fresnel(cosine);
-        }
-        &self.number
-    }
-}
-
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn diffuse_sum(lit: &Lit, factors: &mut Factors) -> Vec3 {
-    lit.sum(factors.fill(lit.z, |z| z))
+fn diffuse_sum(incident: &mut Incident, turn: f32) -> Vec3 {
+    incident.spread(turn);
+    incident.directions.fill(|cosine| cosine);
+    incident.sum(&incident.directions.first)
 }
 
 /// Under a smooth coating.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn smooth_sum(lit: &Lit, coating: &Coating, factors: &mut Factors) -> Vec3 {
+fn smooth_sum(incident: &mut Incident, turn: f32, coating: &Coating) -> Vec3 {
+    incident.spread(turn);
     let ior = coating.ior;
-    lit.sum(factors.fill(lit.z, |z| z * (1.0 - fresnel::outside(z.max(0.0), ior))))
+    let entering = |cosine: f32| cosine * (1.0 - fresnel::outside(cosine, ior));
+    incident.directions.fill(entering);
+    incident.sum(&incident.directions.first)
 }
 
 /// Of the base and of the gloss.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 fn coated_sums(
-    lit: &Lit,
+    incident: &mut Incident,
+    turn: f32,
+    view: Vec3,
     coating: &Coating,
     facets: Microfacets,
-    factors: &mut Factors,
 ) -> [Vec3; 2] {
-    let base = lit.sum(factors.fill(lit.z, |z| z * coating.entering_rough(z)));
-    lit.reflect(facets, factors);
+    incident.spread(turn);
+    let directions = &mut incident.directions;
+    directions.fill(|cosine| cosine * coating.entering_rough(cosine));
     let ior = coating.ior;
-    let gloss = lit.sum(factors.gloss(|cosine| fresnel::outside(cosine.max(0.0), ior)));
-    [base, gloss]
+    directions.reflect(view, facets, |cosine| fresnel::outside(cosine, ior));
+    let directions = &incident.directions;
+    [&directions.first, &directions.second].map(|numbers| incident.sum(numbers))
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn metal_sum(lit: &Lit, metal: &Conductor, facets: Microfacets, factors: &mut Factors) -> Vec3 {
-    lit.reflect(facets, factors);
+fn metal_sum(
+    incident: &mut Incident,
+    turn: f32,
+    view: Vec3,
+    metal: &Conductor,
+    facets: Microfacets,
+) -> Vec3 {
+    incident.spread(turn);
     let mut sum = Vec3::ZERO;
     for channel in 0..3 {
-        let fresnel = |cosine: f32| metal.channel(channel, cosine.clamp(0.0, 1.0));
-        sum[channel] = lit.sum(factors.gloss(fresnel))[channel];
+        let fresnel = |cosine: f32| metal.channel(channel, cosine);
+        incident.directions.reflect(view, facets, fresnel);
+        sum[channel] = incident.sum(&incident.directions.second)[channel];
     }
     sum
 }
@@ -308,13 +311,16 @@ fn metal_sum(lit: &Lit, metal: &Conductor, facets: Microfacets, factors: &mut Fa
 mod tests {
     use super::super::tests::{bsdf, coatings, models};
     use super::*;
-    use crate::sample::{Rng, square_to_hemisphere};
+    use crate::sample::{Frame, Rng, square_to_hemisphere};
 
-    /// Writes the same direction everywhere.
-    fn along(direction: Vec3) -> impl FnOnce([&mut [f32]; 3]) {
-        move |arrays| {
-            let coordinates = arrays.into_iter().zip(direction.to_array());
-            coordinates.for_each(|(array, coordinate)| array.fill(coordinate));
+    /// A cone about an axis.
+    fn cone(axis: Vec3, height: f32, power: Vec3, directions: usize) -> LightCone {
+        let frame = Frame::from_normal(axis);
+        LightCone {
+            axes: [frame.tangent, frame.bitangent, frame.normal],
+            height,
+            power,
+            directions,
         }
     }
 
@@ -334,19 +340,20 @@ mod tests {
                     ..bsdf(model)
                 };
                 let view = direction(side);
-                let mut incident = Incident::default();
-                let mut expected = Vec3::ZERO;
-                for number in 0..43 {
-                    // Some of them in the mirror direction, where gloss is.
-                    let light = match number % 4 {
+                let mut incident = Incident::new(16, false);
+                for number in 0..13 {
+                    // Some of them in the mirror direction, where gloss is, and some wide ones across the horizon.
+                    let axis = match number % 4 {
                         0 => Vec3::new(-view.x, -view.y, view.z),
                         1 => direction(-side),
                         _ => direction(side),
                     };
+                    let height = [0.0, 1e-4, 0.02, 0.6, 2.0][number % 5];
                     let power = Vec3::new(1.0, 0.1, 3.0) * (1.0 + number as f32);
-                    expected += bsdf.evaluate(view, light) * power;
-                    incident.add(1, power, along(light));
+                    incident.add(cone(axis, height, power, 1 + (5 * number) % 16));
                 }
+                let one = |(light, power): (Vec3, Vec3)| bsdf.evaluate(view, light) * power;
+                let expected: Vec3 = incident.each(side).map(one).sum();
                 let found = bsdf.scattered(view, &mut incident);
                 let off = (found - expected).abs().max_element();
                 let most = 1e-5 * expected.max_element();
@@ -356,19 +363,34 @@ mod tests {
     }
 
     #[test]
-    fn directions_are_counted_and_scaled_from_the_last() {
-        let mut incident = Incident::default();
+    fn directions_lie_in_their_cone_and_have_its_axis_as_their_mean() {
+        let axis = Vec3::new(0.3, -0.5, 0.8).normalize();
+        let mut incident = Incident::new(64, false);
         assert!(incident.is_empty());
-        incident.add(2, Vec3::ONE, |[x, y, z]| {
-            assert_eq!([x.len(), y.len(), z.len()], [LANES; 3]);
-            z[..2].copy_from_slice(&[1.0, -1.0]);
-        });
-        incident.add(1, Vec3::ONE, along(Vec3::NEG_Z));
-        assert_eq!((incident.above(3, 1.0), incident.above(2, -1.0)), (1, 2));
-        incident.scale_last(1, 2.0);
-        let power: Vec<f32> = incident.iter().map(|(_, power)| power.x).collect();
-        assert_eq!(power, [1.0, 1.0, 2.0]);
+        incident.add(cone(axis, 0.3, Vec3::ONE, 64));
+        let directions: Vec<(Vec3, Vec3)> = incident.each(1.0).collect();
+        assert_eq!(directions.len(), 64);
+        let mut mean = Vec3::ZERO;
+        for (direction, power) in directions {
+            assert!((direction.length() - 1.0).abs() < 1e-5 && direction.dot(axis) > 0.7 - 1e-5);
+            mean += direction * power;
+        }
+        assert!((mean - 0.85 * axis).length() < 0.02, "{mean}");
         incident.clear();
-        assert_eq!(incident.len(), 0);
+        assert!(incident.is_empty() && incident.each(1.0).next().is_none());
+    }
+
+    #[test]
+    fn light_below_the_surface_is_lost_or_brought_by_the_directions_above() {
+        for (renormalised, expected) in [(false, 0.5), (true, 1.0)] {
+            for side in [1.0, -1.0] {
+                let mut incident = Incident::new(16, renormalised);
+                incident.add(cone(Vec3::X, 0.5, Vec3::ONE, 16));
+                incident.add(cone(Vec3::Z * -side, 0.1, Vec3::ONE, 3));
+                let above = incident.each(side).filter(|(v, _)| v.z * side > 0.0);
+                let power: f32 = above.map(|(_, power)| power.x).sum();
+                assert!((power - expected).abs() < 0.1, "{power} {expected}");
+            }
+        }
     }
 }

@@ -42,7 +42,10 @@ impl Microfacets {
         let tilt = (m.x * m.x + m.y * m.y) / alpha2;
         let cos2 = m.z * m.z;
         let density = match self.distribution {
-            MicrofacetDistribution::Ggx => ggx_density(tilt + cos2, alpha2),
+            MicrofacetDistribution::Ggx => {
+                let spread = tilt + cos2;
+                1.0 / (PI * alpha2 * spread * spread)
+            }
             MicrofacetDistribution::Beckmann => (-tilt / cos2).exp() / (PI * alpha2 * cos2 * cos2),
         };
         if density * m.z > 1e-20 { density } else { 0.0 }
@@ -58,7 +61,7 @@ impl Microfacets {
         }
         let tan2 = (v.x * v.x + v.y * v.y) / (v.z * v.z) * self.alpha * self.alpha;
         match self.distribution {
-            MicrofacetDistribution::Ggx => ggx_masking(tan2),
+            MicrofacetDistribution::Ggx => 2.0 / (1.0 + (1.0 + tan2).sqrt()),
             MicrofacetDistribution::Beckmann => {
                 let a = 1.0 / tan2.sqrt();
                 if a < 1.6 {
@@ -89,16 +92,44 @@ impl Microfacets {
     }
 }
 
-/// GGX density of normals whose squared slope over α², plus one, times the squared cosine is `spread`.
-#[inline(always)]
-pub(super) fn ggx_density(spread: f32, alpha2: f32) -> f32 {
-    1.0 / (PI * alpha2 * spread * spread)
+/// GGX facets seen by a viewer above the surface, for light from many directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GgxMirror {
+    view: Vec3,
+    alpha2: f32,
+    inverse_alpha2: f32,
+    /// What no direction of light changes.
+    scale: f32,
 }
 
-/// GGX masking of a direction whose squared tangent times α² is `tan2`.
-#[inline(always)]
-pub(super) fn ggx_masking(tan2: f32) -> f32 {
-    2.0 / (1.0 + (1.0 + tan2).sqrt())
+impl GgxMirror {
+    pub fn new(facets: Microfacets, view: Vec3) -> Self {
+        let alpha2 = facets.alpha * facets.alpha;
+        Self {
+            view,
+            alpha2,
+            inverse_alpha2: 1.0 / alpha2,
+            scale: facets.masking(view, Vec3::Z) / (2.0 * PI * alpha2 * view.z),
+        }
+    }
+
+    /// What facets reflect from a unit direction to the viewer (density × masking / (4 cos)) × cosine of the light, 0 from
+    /// below, and the cosine between the facet and either of them, in [0, 1].
+    #[inline(always)]
+    pub fn reflected(&self, x: f32, y: f32, z: f32) -> (f32, f32) {
+        let view = self.view;
+        let (hx, hy, hz) = (view.x + x, view.y + y, view.z + z);
+        let across2 = hx * hx + hy * hy;
+        let inverse2 = 1.0 / (across2 + hz * hz);
+        let towards = (view.x * hx + view.y * hy + view.z * hz) * inverse2.sqrt();
+        let spread = (across2 * self.inverse_alpha2 + hz * hz) * inverse2;
+        // 2 z / `masked` is the masking of the light.
+        let masked = z + (z * z + self.alpha2 * (x * x + y * y)).sqrt();
+        let is_seen = (towards > 0.0) & (z > 0.0);
+        let reflected = self.scale * z / (spread * spread * masked);
+        let reflected = if is_seen { reflected } else { 0.0 };
+        (reflected, towards.clamp(0.0, 1.0))
+    }
 }
 
 /// A normal of the unit hemisphere visible from `v`; its length is arbitrary.

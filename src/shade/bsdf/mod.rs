@@ -19,7 +19,7 @@ use glam::Vec3;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::{Diffuse, cosine_pdf, cosine_sample};
-pub use incident::{Incident, LANES};
+pub use incident::{Incident, LightCone};
 pub use lobes::{Boundary, Gloss, Lobes};
 pub use microfacet::Microfacets;
 pub use plastic::{Coating, Plastic};

@@ -20,7 +20,7 @@ pub struct Coating {
     /// `None` for the smooth coating.
     pub(super) facets: Option<Microfacets>,
     /// Transmittance from outside over the cosine, 0 to 1 in equal steps (rough coating only).
-    transmittance: Vec<f32>,
+    transmittance: [f32; NODES],
     /// Mean reflectance from inside under diffuse light.
     internal_reflectance: f32,
     /// Mean transmittance from outside under diffuse light.
@@ -68,7 +68,7 @@ impl Coating {
             return Self {
                 ior,
                 facets: None,
-                transmittance: Vec::new(),
+                transmittance: [0.0; NODES],
                 internal_reflectance: fresnel::diffuse_reflectance(1.0 / ior),
                 entering: 1.0 - fresnel::diffuse_reflectance(ior),
                 fit: polynomial(smooth),
@@ -83,7 +83,7 @@ impl Coating {
                 (transmitted, reflected * mu)
             })
             .collect();
-        let mut coating = Self::tabulated(ior, facets, rows.iter().map(|r| r.0).collect());
+        let mut coating = Self::tabulated(ior, facets, std::array::from_fn(|i| rows[i].0));
         coating.internal_reflectance = 2.0 * rows.iter().map(|r| r.1).sum::<f32>() / NODES as f32;
         coating
     }
@@ -99,13 +99,13 @@ impl Coating {
             .into_par_iter()
             .map(|i| 1.0 - boundary_shares(facets, node_cosine(i), ior)[0])
             .collect();
-        let mut coating = Self::tabulated(ior, facets, entering);
+        let mut coating = Self::tabulated(ior, facets, std::array::from_fn(|i| entering[i]));
         coating.internal_reflectance = 1.0 - coating.entering / (ior * ior);
         coating
     }
 
     /// A rough coating of this transmittance at the cosines of the table, without what happens under it.
-    fn tabulated(ior: f32, facets: Microfacets, transmittance: Vec<f32>) -> Self {
+    fn tabulated(ior: f32, facets: Microfacets, transmittance: [f32; NODES]) -> Self {
         let mut coating = Self {
             ior,
             facets: Some(facets),
@@ -134,7 +134,7 @@ impl Coating {
     #[inline(always)]
     pub(super) fn entering_rough(&self, cos: f32) -> f32 {
         let x = cos.clamp(0.0, 1.0) * (NODES - 1) as f32;
-        let i = (x as usize).min(NODES - 2);
+        let i = (x as i32).clamp(0, NODES as i32 - 2) as usize;
         let [a, b] = [self.transmittance[i], self.transmittance[i + 1]];
         a + (x - i as f32) * (b - a)
     }

@@ -1,9 +1,6 @@
 //! Making an image of texels: directions of their cones are put into the material at each camera sample.
 
-use std::f32::consts::TAU;
-
 use glam::Vec3;
-use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
@@ -12,8 +9,8 @@ use super::sight::{Look, Sight, camera_ray};
 use super::texels::Surfaces;
 use crate::cache::cones::Storage;
 use crate::image::Image;
-use crate::sample::Rng;
-use crate::shade::bsdf::{Incident, LANES};
+use crate::sample::{Frame, Rng};
+use crate::shade::bsdf::{Incident, LightCone};
 use crate::shade::{Depths, Interaction};
 use crate::technique::Shot;
 use crate::trace::{Caster, Ray, RayCounter};
@@ -56,8 +53,6 @@ impl ShadingTally {
 
 /// Keys the random numbers of camera samples.
 const STREAM: u64 = 0x636f_6e65_7368;
-/// The golden ratio's fractional part: turns of directions, one after another.
-const GOLDEN_TURN: f32 = 0.618_034;
 /// Rows of pixels that are shaded together, column by column: neighbours read the same texels.
 const BAND: usize = 8;
 
@@ -74,11 +69,13 @@ impl Shading<'_> {
     pub fn image(&self, sight: &Sight, counter: &RayCounter) -> Shaded {
         let mut image = Image::new(self.shot.width, self.shot.height);
         let width = self.shot.width.max(1);
-        let turns = Turns::new(self.parameters.shading_samples);
         let start = || Workplace {
             caster: self.shot.tracer.caster(counter),
             texels: ShownTexels::default(),
-            incident: Incident::default(),
+            incident: Incident::new(
+                self.parameters.shading_samples as usize,
+                self.parameters.horizon == Horizon::Renormalised,
+            ),
             tally: ShadingTally::default(),
         };
         let tallies: Vec<ShadingTally> = image
@@ -87,7 +84,7 @@ impl Shading<'_> {
             .enumerate()
             .map_init(start, |workplace, (band, pixels)| {
                 workplace.tally = ShadingTally::default();
-                self.band(workplace, sight, &turns, band * BAND * width, pixels);
+                self.band(workplace, sight, band * BAND * width, pixels);
                 workplace.tally
             })
             .collect();
@@ -101,7 +98,6 @@ impl Shading<'_> {
         &self,
         workplace: &mut Workplace,
         sight: &Sight,
-        turns: &Turns,
         first: usize,
         pixels: &mut [[f32; 3]],
     ) {
@@ -117,7 +113,7 @@ impl Shading<'_> {
                     let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
                     let number = u64::from(self.shot.frame) << 32 | sample as u64;
                     let mut rng = Rng::new(self.seed, STREAM, item, number);
-                    let radiance = self.radiance(workplace, turns, ray, look, &mut rng);
+                    let radiance = self.radiance(workplace, ray, look, &mut rng);
                     match radiance.is_finite() {
                         true => sum += radiance,
                         false => workplace.tally.non_finite += 1,
@@ -132,7 +128,6 @@ impl Shading<'_> {
     fn radiance(
         &self,
         workplace: &mut Workplace,
-        turns: &Turns,
         ray: Ray,
         look: Option<Look>,
         rng: &mut Rng,
@@ -154,7 +149,7 @@ impl Shading<'_> {
                 if let Some(cones) = workplace.texels.get(texel, make) {
                     for cone in cones {
                         let incident = &mut workplace.incident;
-                        scattered += self.scattered(&at, cone, weight, incident, turns);
+                        scattered += self.scattered(&at, cone, weight, incident);
                     }
                     weights += weight;
                 }
@@ -195,7 +190,6 @@ impl Shading<'_> {
         cone: &ShownCone,
         weight: f32,
         incident: &mut Incident,
-        turns: &Turns,
     ) -> Vec3 {
         if let Some(scattering) = at.lambertian() {
             let height = cone.frame.normal.dot(at.facing_shading_normal());
@@ -207,22 +201,17 @@ impl Shading<'_> {
         }
         let samples = (self.parameters.shading_samples as f32 * weight).ceil() as usize;
         let samples = samples.clamp(1, self.parameters.shading_samples as usize);
-        let part = weight / samples as f32;
-        let [across, along, axis] =
-            [cone.frame.tangent, cone.frame.bitangent, cone.frame.normal].map(|v| at.to_local(v));
-        let spread = Spread {
-            axes: [across, along, axis],
-            step: cone.height / samples as f32,
-        };
-        incident.add(samples, cone.light * part, |directions| {
-            fill(&spread, turns, directions);
+        let Frame {
+            tangent,
+            bitangent,
+            normal,
+        } = cone.frame;
+        incident.add(LightCone {
+            axes: [tangent, bitangent, normal].map(|v| at.to_local(v)),
+            height: cone.height,
+            power: cone.light * weight,
+            directions: samples,
         });
-        if self.parameters.horizon == Horizon::Renormalised {
-            let above = incident.above(samples, at.viewer_side()).max(1);
-            if above < samples {
-                incident.scale_last(samples, samples as f32 / above as f32);
-            }
-        }
         Vec3::ZERO
     }
 
@@ -239,49 +228,5 @@ impl Shading<'_> {
             }
         }
         sum / self.samples.max(1) as f32
-    }
-}
-
-/// Turns of directions around the axis of their cone, one after another.
-struct Turns {
-    cosines: Vec<f32>,
-    sines: Vec<f32>,
-}
-
-impl Turns {
-    /// Those of at least `count` directions.
-    fn new(count: u32) -> Self {
-        let count = (count as usize).next_multiple_of(LANES);
-        let angle = |i: usize| TAU * (i as f32 * GOLDEN_TURN).fract();
-        Self {
-            cosines: (0..count).map(|i| angle(i).cos()).collect(),
-            sines: (0..count).map(|i| angle(i).sin()).collect(),
-        }
-    }
-}
-
-/// Directions that spread evenly over a cone.
-struct Spread {
-    /// Two across the axis, and the axis.
-    axes: [Vec3; 3],
-    /// From one direction to the next, of 1 minus the cosine to the axis.
-    step: f32,
-}
-
-/// Puts directions of a cone into arrays, one a coordinate.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn fill(spread: &Spread, turns: &Turns, [x, y, z]: [&mut [f32]; 3]) {
-    let [across, along, axis] = spread.axes;
-    let count = x.len();
-    let (y, z) = (&mut y[..count], &mut z[..count]);
-    let (cosines, sines) = (&turns.cosines[..count], &turns.sines[..count]);
-    for i in 0..count {
-        let depth = (i as i32 as f32 + 0.5) * spread.step;
-        let sine = (depth * (2.0 - depth)).max(0.0).sqrt();
-        let (right, up) = (sine * cosines[i], sine * sines[i]);
-        let ahead = 1.0 - depth;
-        x[i] = across.x * right + along.x * up + axis.x * ahead;
-        y[i] = across.y * right + along.y * up + axis.y * ahead;
-        z[i] = across.z * right + along.z * up + axis.z * ahead;
     }
 }
