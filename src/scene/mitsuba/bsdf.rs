@@ -6,12 +6,10 @@ use super::element::Element;
 use super::spectrum::colour;
 use crate::scene::mesh_mtl::{coated, phong_alpha};
 use crate::scene::text::advice;
-use crate::scene::{
-    Blend, Bsdf, ColourSource, Material, MicrofacetDistribution, Roughness, SceneError,
-};
+use crate::scene::{Bsdf, ColourSource, Material, MicrofacetDistribution, Roughness, SceneError};
 
 /// How deep wrappers may nest (`<ref>`s can form loops).
-const MAX_NESTING: usize = 16;
+pub(super) const MAX_NESTING: usize = 16;
 
 const SMOOTH: Roughness = Roughness {
     alpha: 0.0,
@@ -36,7 +34,11 @@ impl<'a> Importer<'a> {
         Ok(index)
     }
 
-    fn bsdf(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
+    pub(super) fn bsdf(
+        &mut self,
+        element: &'a Element,
+        depth: usize,
+    ) -> Result<Material, SceneError> {
         element.used.set(true);
         if depth > MAX_NESTING {
             return Err(element.error("materials refer to each other in a circle"));
@@ -57,10 +59,7 @@ impl<'a> Importer<'a> {
                     None => self.blend(element, depth),
                 };
             }
-            "mixturebsdf" => {
-                self.note("`mixturebsdf` becomes the first of its materials");
-                return self.unwrapped(element, depth);
-            }
+            "mixturebsdf" => return self.mixture(element, depth),
             "null" => {
                 let mut material = one_sided(black());
                 material.opacity = Some(ColourSource::Constant([0.0; 3]));
@@ -105,6 +104,9 @@ impl<'a> Importer<'a> {
         let nested = self.nested(element, "bsdf")?;
         let [first, second] = nested[..] else {
             let both = self.inner(element, depth)?;
+            if matches!(both.bsdf, Bsdf::Dielectric { .. }) {
+                self.note("`twosided` around glass is dropped, which Mitsuba refuses");
+            }
             return Ok(self.around(both, |part| part.two_sided = true));
         };
         let mut front = self.bsdf(first, depth + 1)?;
@@ -113,12 +115,17 @@ impl<'a> Importer<'a> {
     }
 
     /// The index of a material inside another one.
-    fn part(&mut self, element: &'a Element, depth: usize) -> Result<usize, SceneError> {
-        let mut part = self.bsdf(element, depth + 1)?;
+    pub(super) fn part(&mut self, element: &'a Element, depth: usize) -> Result<usize, SceneError> {
+        let part = self.bsdf(element, depth + 1)?;
+        Ok(self.part_of(part, element.kind()))
+    }
+
+    /// The index of a material that has no name of its own.
+    pub(super) fn part_of(&mut self, part: Material, kind: &str) -> usize {
         let index = self.scene.materials.len();
-        part.name = format!("{} {index}", element.kind());
-        self.scene.materials.push(part);
-        Ok(index)
+        let name = format!("{kind} {index}");
+        self.scene.materials.push(Material { name, ..part });
+        index
     }
 
     /// Gives a material, and all that it refers to, what surrounds it.
@@ -131,30 +138,6 @@ impl<'a> Importer<'a> {
             pending.extend(part.others());
         }
         outer
-    }
-
-    /// Two materials of which rays meet one by chance.
-    fn blend(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
-        let share = self.colour_source(element, &["weight"], 0.5)?;
-        let nested = self.nested(element, "bsdf")?;
-        let [first, second] = nested[..] else {
-            let found = nested.len();
-            let message = format!("`blendbsdf` needs two materials inside, found {found}");
-            return Err(element.error(message));
-        };
-        let materials = [self.part(first, depth)?, self.part(second, depth)?];
-        // Not a mirror: what is behind it is not all that is seen.
-        let shown = materials
-            .into_iter()
-            .find(|&i| !self.scene.materials[i].is_specular());
-        Ok(Material {
-            back: None,
-            blend: Some(Blend {
-                materials,
-                second: share,
-            }),
-            ..self.scene.materials[shown.unwrap_or(materials[0])].clone()
-        })
     }
 
     /// The first material inside a wrapper.
@@ -181,48 +164,6 @@ impl<'a> Importer<'a> {
             Some(first) => self.bsdf(first, depth + 1),
             None => Err(element.error(format!("`{}` needs a material inside", element.kind()))),
         }
-    }
-
-    /// A blend of two diffuse materials of constant colours, which is one with the mean colour; `None` for others.
-    fn diffuse_blend(
-        &mut self,
-        element: &'a Element,
-        depth: usize,
-    ) -> Result<Option<Material>, SceneError> {
-        if !self.may_be_mixed(element, depth)? {
-            return Ok(None);
-        }
-        let nested = self.nested(element, "bsdf")?;
-        let [first, second] = nested[..] else {
-            return Ok(None);
-        };
-        let weight = element.float("weight")?.unwrap_or(0.5).clamp(0.0, 1.0) as f32;
-        let mut mixed = self.bsdf(first, depth + 1)?;
-        let other = self.bsdf(second, depth + 1)?;
-        let (Bsdf::Diffuse { reflectance }, Bsdf::Diffuse { reflectance: with }) =
-            (&mut mixed.bsdf, other.bsdf)
-        else {
-            return Ok(None);
-        };
-        let (ColourSource::Constant(a), ColourSource::Constant(b)) = (*reflectance, with) else {
-            return Ok(None);
-        };
-        let mean = std::array::from_fn(|c| a[c] + (b[c] - a[c]) * weight);
-        *reflectance = ColourSource::Constant(mean);
-        Ok(Some(mixed))
-    }
-
-    /// Whether a material is diffuse, or a blend of such by a number.
-    fn may_be_mixed(&mut self, element: &'a Element, depth: usize) -> Result<bool, SceneError> {
-        if depth > MAX_NESTING || element.kind() != "blendbsdf" {
-            return Ok(element.kind() == "diffuse");
-        }
-        let is_number = element.child("weight").is_some_and(|w| w.tag == "float");
-        let nested = self.nested(element, "bsdf")?;
-        if !is_number || nested.len() != 2 {
-            return Ok(false);
-        }
-        Ok(self.may_be_mixed(nested[0], depth + 1)? && self.may_be_mixed(nested[1], depth + 1)?)
     }
 
     fn mask(&mut self, element: &'a Element, depth: usize) -> Result<Material, SceneError> {
@@ -491,7 +432,7 @@ impl<'a> Importer<'a> {
     }
 }
 
-fn one_sided(bsdf: Bsdf) -> Material {
+pub(super) fn one_sided(bsdf: Bsdf) -> Material {
     Material {
         name: String::new(),
         bsdf,
@@ -505,10 +446,10 @@ fn one_sided(bsdf: Bsdf) -> Material {
     }
 }
 
-fn diffuse_of(reflectance: ColourSource) -> Bsdf {
+pub(super) fn diffuse_of(reflectance: ColourSource) -> Bsdf {
     Bsdf::Diffuse { reflectance }
 }
 
-fn black() -> Bsdf {
+pub(super) fn black() -> Bsdf {
     diffuse_of(ColourSource::Constant([0.0; 3]))
 }

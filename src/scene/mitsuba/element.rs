@@ -103,6 +103,20 @@ impl Element {
         }
     }
 
+    /// The parameter of this name, a whole number not below 0.
+    pub fn whole(&self, name: &str) -> Result<Option<usize>, SceneError> {
+        match self.float(name)? {
+            None => Ok(None),
+            Some(x) if x >= 0.0 && x.fract() == 0.0 && x <= f64::from(u32::MAX) => {
+                Ok(Some(x as usize))
+            }
+            Some(x) => {
+                let message = format!("`{name}` must be a whole number from 0, not {x}");
+                Err(self.child(name).unwrap_or(self).error(message))
+            }
+        }
+    }
+
     /// The boolean parameter of this name.
     pub fn boolean(&self, name: &str, default: bool) -> Result<bool, SceneError> {
         let Some(child) = self.child(name) else {

@@ -37,7 +37,7 @@ bsdf retarder: theta delta transmittance
 bsdf twosided null:
 bsdf mask: opacity
 bsdf blendbsdf: weight
-bsdf mixturebsdf: weights
+bsdf mixturebsdf: weights ensure_energy_conservation
 bsdf bumpmap normalmap irawan: *
 texture bitmap: filename bitmap data filter_type wrap_mode wrap_mode_u wrap_mode_v raw to_uv accel format gamma cache max_anisotropy channel uscale vscale uoffset voffset
 texture checkerboard: color0 color1 to_uv uscale vscale uoffset voffset

@@ -5,6 +5,7 @@
 //! material inside a bump map is the bare material when it is referred to by its own id. What is
 //! dropped or approximated is counted in the notes of the description.
 
+mod blend;
 mod bsdf;
 mod cie;
 mod conductor;
@@ -54,9 +55,21 @@ fn import(document: &Document, file: &Path, name: &str) -> Result<SceneDescripti
     importer.note_ignored(&document.root);
     let mut scene = importer.scene;
     if scene.views.is_empty() {
-        return Err(document
+        let is_sensor = |e: &&Element| matches!(e.tag.as_str(), "sensor" | "camera");
+        let others: Vec<&str> = document
             .root
-            .error("the scene has no perspective sensor, so nothing to look from"));
+            .children
+            .iter()
+            .filter(is_sensor)
+            .map(Element::kind)
+            .collect();
+        let found = match others.is_empty() {
+            true => "it has no <sensor>".to_owned(),
+            false => format!("its sensor `{}` is not built", others.join("`, `")),
+        };
+        return Err(document.root.error(format!(
+            "the scene has no perspective sensor, so nothing to look from: {found}"
+        )));
     }
     scene.notes = importer
         .notes

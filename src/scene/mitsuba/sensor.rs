@@ -130,21 +130,21 @@ impl<'a> Importer<'a> {
                 crop: [[0; 2], DEFAULT_SIZE],
             });
         };
-        let pixels = |name: &str, least: f64, default: usize| match film.float(name)? {
+        let pixels = |name: &str, least: usize, default: usize| match film.whole(name)? {
             None => Ok(default),
-            Some(pixels) if (least..=65536.0).contains(&pixels) => Ok(pixels as usize),
+            Some(pixels) if (least..=65536).contains(&pixels) => Ok(pixels),
             Some(pixels) => Err(film.error(format!("a film {name} of {pixels} pixels cannot be"))),
         };
         let [width, height] = DEFAULT_SIZE;
-        let size = [pixels("width", 1.0, width)?, pixels("height", 1.0, height)?];
+        let size = [pixels("width", 1, width)?, pixels("height", 1, height)?];
         let crop = [
             [
-                pixels("crop_offset_x", 0.0, 0)?,
-                pixels("crop_offset_y", 0.0, 0)?,
+                pixels("crop_offset_x", 0, 0)?,
+                pixels("crop_offset_y", 0, 0)?,
             ],
             [
-                pixels("crop_width", 1.0, size[0])?,
-                pixels("crop_height", 1.0, size[1])?,
+                pixels("crop_width", 1, size[0])?,
+                pixels("crop_height", 1, size[1])?,
             ],
         ];
         let filter = film.tagged("rfilter").next().map(Element::kind);

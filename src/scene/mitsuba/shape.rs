@@ -86,7 +86,7 @@ impl<'a> Importer<'a> {
             },
             "serialized" => ShapeSource::Serialized {
                 path: self.path(element)?,
-                index: number("shape_index", 0.0)? as usize,
+                index: element.whole("shape_index")?.unwrap_or(0),
             },
             "rectangle" => ShapeSource::Rectangle,
             "cube" => ShapeSource::Cube,

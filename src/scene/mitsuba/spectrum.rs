@@ -105,7 +105,7 @@ fn of_plugin(element: &Element, bounded: bool) -> Result<[f64; 3], SceneError> {
 }
 
 /// The numbers of a string parameter.
-fn list(element: &Element, name: &str) -> Result<Vec<f64>, SceneError> {
+pub(super) fn list(element: &Element, name: &str) -> Result<Vec<f64>, SceneError> {
     match element.child(name) {
         Some(child) => child.numbers("value"),
         None => Err(element.error(format!("`{}` needs `{name}`", element.kind()))),

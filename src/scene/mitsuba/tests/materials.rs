@@ -254,6 +254,89 @@ fn blends_of_constant_diffuse_materials_are_their_mean() {
     assert!(notes.is_empty(), "{notes:?}");
 }
 
+/// A mixture of version 0.6 with these weights.
+fn mixture(weights: &str, parts: &str) -> String {
+    format!("<bsdf type='mixturebsdf'><string name='weights' value='{weights}'/>{parts}</bsdf>")
+}
+
+#[test]
+fn mixtures_are_nested_blends_that_lose_what_their_weights_lack() {
+    let parts = "<bsdf type='plastic'/><bsdf type='diffuse'/><bsdf type='roughconductor'/>";
+    let text = mixture("0.2, 0.3, 0.4", parts);
+    let scene = load("0.6.0", &format!("<shape type='cube'>{text}</shape>"));
+    assert!(
+        scene.notes.iter().all(|n| n.contains("copper")),
+        "{:?}",
+        scene.notes
+    );
+    // The chances along the chain: 0.2, of the rest 3/8, of that 4/5, and the last is black.
+    let mut at = scene.shapes[0].material;
+    let mut chances = Vec::new();
+    while let Some(blend) = scene.materials[at].blend {
+        let ColourSource::Constant([share, ..]) = blend.second else {
+            panic!("{blend:?}");
+        };
+        chances.push(1.0 - share);
+        at = blend.materials[1];
+    }
+    let expected = [0.2, 3.0 / 8.0, 4.0 / 5.0];
+    assert_eq!(chances.len(), 3);
+    for (found, expected) in chances.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-6, "{chances:?}");
+    }
+    let black = Bsdf::Diffuse {
+        reflectance: ColourSource::Constant([0.0; 3]),
+    };
+    assert_eq!(scene.materials[at].bsdf, black);
+}
+
+#[test]
+fn mixtures_of_diffuse_materials_are_their_weighted_sum() {
+    let diffuse = "<bsdf type='diffuse'><rgb name='reflectance' value='0.8 0.4 0.2'/></bsdf>";
+    let two = format!("{diffuse}<bsdf type='diffuse'/>");
+    for (weights, expected, told) in [
+        ("0.5 0.25", [0.525, 0.325, 0.225], 0),
+        ("1 3", [0.575, 0.475, 0.425], 1),
+        ("1 0", [0.8, 0.4, 0.2], 0),
+    ] {
+        let (mixed, notes) = material("0.6.0", &mixture(weights, &two));
+        let Bsdf::Diffuse {
+            reflectance: ColourSource::Constant(sum),
+        } = mixed.bsdf
+        else {
+            panic!("{mixed:?}");
+        };
+        for (found, expected) in sum.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-6, "{weights}: {sum:?}");
+        }
+        assert_eq!(notes.len(), told, "{notes:?}");
+    }
+    // Of one that weighs all nothing else is met.
+    let (alone, notes) = material(
+        "0.6.0",
+        &mixture("1 0", "<bsdf type='plastic'/><bsdf type='diffuse'/>"),
+    );
+    assert!(
+        matches!(alone.bsdf, Bsdf::Plastic { .. }) && alone.blend.is_none() && notes.is_empty()
+    );
+}
+
+#[test]
+fn weights_that_cannot_be_are_refused() {
+    let parts = "<bsdf type='plastic'/><bsdf type='diffuse'/>";
+    for (weights, expected) in [
+        ("0.5", "2 materials and 1 weights"),
+        ("0.5 -0.1", "must not be below 0"),
+        ("0 0", "a sum above 0"),
+        ("0.5 x", "`x`"),
+        ("inf 1", "below 0"),
+    ] {
+        let text = format!("<shape type='cube'>{}</shape>", mixture(weights, parts));
+        let error = try_load("0.6.0", &text).unwrap_err();
+        assert!(error.contains(expected), "{weights}: {error}");
+    }
+}
+
 #[test]
 fn scales_around_textures_are_factors() {
     let bitmap = "<texture type='bitmap' id='t'><string name='filename' value='a.png'/></texture>";

@@ -110,3 +110,56 @@ fn the_longest_parameter_that_fits_is_put_in() {
     }
     assert!(error("<default name='' value='3'/>").contains("a <default> needs a name"));
 }
+
+#[test]
+fn whole_numbers_and_sensors_are_what_they_must_be() {
+    let film = |width: &str| {
+        format!(
+            "<sensor type='perspective'><film type='hdrfilm'><integer name='width' value='{width}'/></film></sensor>"
+        )
+    };
+    let mesh = |index: &str| {
+        format!(
+            "<shape type='serialized'><string name='filename' value='a.serialized'/><integer name='shape_index' value='{index}'/></shape>"
+        )
+    };
+    for (text, expected) in [
+        (
+            film("32.5"),
+            "`width` must be a whole number from 0, not 32.5",
+        ),
+        (film("-5"), "`width` must be a whole number"),
+        (film("0"), "a film width of 0 pixels"),
+        (mesh("-1"), "`shape_index` must be a whole number"),
+        (mesh("0.5"), "`shape_index` must be a whole number"),
+    ] {
+        let told = error(&text);
+        assert!(told.contains(expected), "{told}");
+    }
+    for (sensor, expected) in [
+        ("", "it has no <sensor>"),
+        (
+            "<sensor type='orthographic'/>",
+            "its sensor `orthographic` is not built",
+        ),
+    ] {
+        let text = format!("<scene version='3.0.0'>{sensor}</scene>");
+        let document = parse_document(Path::new("s.xml"), &text).expect("XML");
+        let told = import(&document, Path::new("s.xml"), "s")
+            .unwrap_err()
+            .to_string();
+        assert!(told.contains(expected), "{told}");
+    }
+}
+
+#[test]
+fn what_is_around_glass_is_told() {
+    let (_, notes) = material(
+        "3.0.0",
+        "<bsdf type='twosided'><bsdf type='dielectric'/></bsdf>",
+    );
+    assert_eq!(
+        notes,
+        ["`twosided` around glass is dropped, which Mitsuba refuses"]
+    );
+}
