@@ -18,6 +18,7 @@ mod files;
 pub mod image;
 mod memory;
 pub mod metric;
+mod other_kind;
 pub mod placement;
 pub mod readers;
 pub mod registry;

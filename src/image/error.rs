@@ -14,10 +14,12 @@ pub enum ImageError {
         source: std::io::Error,
     },
     /// The first bytes belong to none of the formats that are read.
-    #[error("{path}: neither EXR, Radiance HDR, PNG nor JPEG (told by the first bytes, not by the name)", path = path.display())]
+    #[error("{path}: neither EXR, Radiance HDR, PNG nor JPEG (told by the first bytes, not by the name){}", kind.map_or(String::new(), |kind| format!("; {kind}")), path = path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// What it is in place of these, if that is known.
+        kind: Option<&'static str>,
     },
     /// The file is damaged, cut short, or uses a feature that is not read.
     #[error("{path}: cannot decode this {format} file: {reason}", path = path.display())]
@@ -106,7 +108,7 @@ impl ImageError {
     /// What is wrong, for messages that name the file themselves.
     pub fn without_path(&self) -> String {
         let (Self::Io { path, .. }
-        | Self::UnknownFormat { path }
+        | Self::UnknownFormat { path, .. }
         | Self::Decode { path, .. }
         | Self::NoColor { path, .. }
         | Self::NoLayer { path, .. }

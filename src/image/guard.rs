@@ -73,9 +73,41 @@ pub fn holds(
     }
 }
 
+/// Memory that the picture of a small file may take, bytes, and what it may take for each byte of a larger one.
+const MOST_MEMORY: usize = 1 << 30;
+const MEMORY_A_BYTE: usize = 1 << 10;
+
+/// Refuses a picture, `bytes` long, that takes much memory for what little there is in its file.
+///
+/// # Errors
+/// A sentence.
+pub fn is_worth(
+    (width, height): (usize, usize),
+    bytes: usize,
+    memory_a_pixel: usize,
+) -> Result<(), String> {
+    let most = MOST_MEMORY.max(bytes.saturating_mul(MEMORY_A_BYTE));
+    let wanted = width.saturating_mul(height).saturating_mul(memory_a_pixel);
+    match wanted <= most {
+        true => Ok(()),
+        false => Err(format!(
+            "its {width}x{height} pixels would take {} MiB of memory, which {bytes} bytes are not worth: make it smaller",
+            wanted >> 20
+        )),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_files_take_no_gigabyte() {
+        assert!(is_worth((8192, 8192), 100, 16).is_ok());
+        let error = is_worth((16384, 16384), 32_647, 16).unwrap_err();
+        assert!(error.contains("4096 MiB"), "{error}");
+        assert!(is_worth((16384, 16384), 4 << 20, 16).is_ok());
+    }
 
     #[test]
     fn panics_of_decoders_are_errors() {

@@ -33,7 +33,7 @@ pub use exr_read::{LayeredImage, read_layers};
 pub use exr_write::write_exr;
 pub use false_color::{Palette, false_color};
 pub use guard::{decoded, is_cut_jpeg};
-pub(crate) use guard::{holds, pixels_a_byte};
+pub(crate) use guard::{holds, is_worth, pixels_a_byte};
 pub use layer::{Attributes, Layer, Plane, Samples};
 pub use mean::ImageMean;
 pub use overview::overview;

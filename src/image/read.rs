@@ -1,10 +1,11 @@
 //! Images of any format that is read, linear or as coded.
 
 use super::error::MAX_PIXELS;
-use super::guard::{decoded, holds, is_cut_jpeg, pixels_a_byte};
+use super::guard::{decoded, holds, is_cut_jpeg, is_worth, pixels_a_byte};
 use super::hdr_header::HdrHeader;
 use super::primaries::hdr_to_rec709;
 use super::{Image, ImageError, exr_read, srgb_decode, unheeded};
+use crate::other_kind::other_kind;
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use glam::DVec3;
 use std::io::{Cursor, Read};
@@ -105,7 +106,8 @@ pub(crate) fn decode_bytes(
         [0xff, 0xd8, ..] => decode(path, bytes, ImageFormat::Jpeg)?,
         _ => {
             let path = path.to_owned();
-            return Err(ImageError::UnknownFormat { path });
+            let kind = other_kind(bytes);
+            return Err(ImageError::UnknownFormat { path, kind });
         }
     };
     Ok(Picture {
@@ -180,7 +182,10 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
             height,
         });
     }
+    // Three floats, and what is decoded.
+    let memory_a_pixel = 16;
     holds((width, height), bytes.len(), pixels_a_byte(format))
+        .and_then(|()| is_worth((width, height), bytes.len(), memory_a_pixel))
         .map_err(|why| ImageError::decode(path, name, why))?;
     if format == ImageFormat::Jpeg && is_cut_jpeg(bytes) {
         return Err(ImageError::decode(path, name, "the file is cut short"));

@@ -10,9 +10,14 @@ use glam::{DVec3, Vec2};
 
 use super::text::file_error;
 use super::{Mesh, SceneError};
+use crate::other_kind::with_other_kind;
 
 /// Bytes that a name may have.
 const LONGEST_NAME: usize = 4096;
+/// How many times larger than its part of the file a mesh may be, and what it may have in any case, bytes: coordinates do
+/// not shrink as zeros do, which a few hundred KB hold a GB of.
+const MOST_EXPANSION: usize = 100;
+const LEAST_EXPANSION: usize = 16 << 20;
 const MAGIC: u16 = 0x041c;
 const HAS_NORMALS: u32 = 0x0001;
 const HAS_UVS: u32 = 0x0002;
@@ -34,6 +39,7 @@ pub(super) fn parse_serialized(bytes: &[u8], index: usize) -> Result<Mesh, Strin
     } = locate(bytes, index)?;
     let mut stream = Stream {
         inner: flate2::read::ZlibDecoder::new(&bytes[start + 4..end]),
+        left: LEAST_EXPANSION.max(MOST_EXPANSION.saturating_mul(end - start)),
     };
     stream
         .mesh(version)
@@ -51,7 +57,8 @@ struct Place {
 fn locate(bytes: &[u8], index: usize) -> Result<Place, String> {
     let (magic, version) = header(bytes, 0)?;
     if magic != MAGIC {
-        return Err("byte offset 0: not a Mitsuba serialized mesh".into());
+        let message = "byte offset 0: not a Mitsuba serialized mesh".to_owned();
+        return Err(with_other_kind(message, bytes));
     }
     if !matches!(version, 3 | 4) {
         return Err(format!(
@@ -80,7 +87,7 @@ fn locate(bytes: &[u8], index: usize) -> Result<Place, String> {
     } else {
         dictionary
     };
-    if start + 4 > stop || stop > dictionary {
+    if stop > dictionary || stop.checked_sub(4).is_none_or(|last| start > last) {
         return Err(format!(
             "byte offset {dictionary}: the dictionary is damaged; the file is truncated"
         ));
@@ -98,7 +105,7 @@ fn locate(bytes: &[u8], index: usize) -> Result<Place, String> {
 }
 
 fn header(bytes: &[u8], at: usize) -> Result<(u16, u16), String> {
-    match bytes.get(at..at + 4) {
+    match bytes.get(at..at.saturating_add(4)) {
         Some(b) => Ok((
             u16::from_le_bytes([b[0], b[1]]),
             u16::from_le_bytes([b[2], b[3]]),
@@ -117,6 +124,8 @@ fn integer(bytes: &[u8]) -> u64 {
 
 struct Stream<R> {
     inner: R,
+    /// Bytes that may still come out of it.
+    left: usize,
 }
 
 impl<R: Read> Stream<R> {
@@ -193,6 +202,9 @@ impl<R: Read> Stream<R> {
 
     /// Exactly `count` bytes; memory grows only as far as the data goes.
     fn take(&mut self, count: usize) -> Result<Vec<u8>, String> {
+        self.left = self.left.checked_sub(count).ok_or_else(|| {
+            format!("the mesh would be more than {MOST_EXPANSION} times as large as its part of the file, which is damaged")
+        })?;
         let mut bytes = Vec::new();
         let read = (&mut self.inner).take(count as u64).read_to_end(&mut bytes);
         read.map_err(|e| format!("the compressed data is damaged ({e})"))?;
@@ -273,7 +285,12 @@ mod tests {
         data.extend([1_u64.to_le_bytes(), 0_u64.to_le_bytes()].concat());
         let values = [0.0_f32, 0.0, 0.0, 0.25, 0.5, 0.75].map(f32::to_le_bytes);
         data.extend(values.concat());
-        let mesh = Stream { inner: &data[..] }.mesh(3).unwrap();
+        let mesh = Stream {
+            inner: &data[..],
+            left: usize::MAX,
+        }
+        .mesh(3)
+        .unwrap();
         assert_eq!(mesh.colours, [[0.25, 0.5, 0.75]]);
     }
 
@@ -286,6 +303,33 @@ mod tests {
                 "{length} bytes"
             );
         }
+    }
+
+    #[test]
+    fn places_beyond_all_numbers_are_refused() {
+        let sound = file(4, 1, false);
+        for offset in [u64::MAX, u64::MAX - 3, 1 << 63, sound.len() as u64] {
+            let mut damaged = sound.clone();
+            let at = damaged.len() - 12;
+            damaged[at..at + 8].copy_from_slice(&offset.to_le_bytes());
+            let error = parse_serialized(&damaged, 0).unwrap_err();
+            assert!(error.contains("the dictionary is damaged"), "{error}");
+        }
+    }
+
+    #[test]
+    fn zeros_without_end_are_refused_before_they_are_read() {
+        let (vertices, mut data) = (12_000_000_u64, 0x1000_u32.to_le_bytes().to_vec());
+        data.extend(b"name\0");
+        data.extend([vertices.to_le_bytes(), 1_u64.to_le_bytes()].concat());
+        data.resize(data.len() + 12 * (vertices as usize + 1), 0);
+        let mut bytes = [0x1c, 0x04, 0x04, 0x00].to_vec();
+        let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), Default::default());
+        encoder.write_all(&data).unwrap();
+        bytes.extend(encoder.finish().unwrap());
+        bytes.extend([0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
+        let error = parse_serialized(&bytes, 0).unwrap_err();
+        assert!(error.contains("100 times as large"), "{error}");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::SceneError;
+use crate::other_kind::other_kind;
 pub(super) use crate::suggest::{advice, nearest};
 
 /// The text of a file in UTF-8, with or without a byte order mark, in UTF-16 with one, or else in Latin-1, which has a
@@ -37,6 +38,9 @@ fn wide_units(bytes: &[u8]) -> Option<Vec<u16>> {
 /// # Errors
 /// A sentence, where that is neither UTF-8, UTF-16 nor of one byte, or the bytes are not in it.
 pub(super) fn decoded_xml(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
+    if let Some(kind) = other_kind(bytes) {
+        return Err(format!("this is no scene: {kind}"));
+    }
     let marked = match bytes {
         [b'<', 0, ..] => Cow::Owned([b"\xff\xfe", bytes].concat()),
         [0, b'<', ..] => Cow::Owned([b"\xfe\xff", bytes].concat()),

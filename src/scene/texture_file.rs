@@ -7,9 +7,10 @@ use super::text::file_error;
 use super::texture::Texels;
 use super::{GltfFile, SceneError, TextureDescription, TextureSource};
 use crate::image::{
-    Image, decoded, file_of, holds, is_cut_jpeg, pixels_a_byte, promised_size, srgb_decode,
-    translucent_pixels, unheeded,
+    Image, decoded, file_of, holds, is_cut_jpeg, is_worth, pixels_a_byte, promised_size,
+    srgb_decode, translucent_pixels, unheeded,
 };
+use crate::other_kind::{other_kind, with_other_kind};
 
 /// Texels of a file, the top row first.
 #[derive(Default)]
@@ -53,8 +54,10 @@ fn decode_texels(
     let tga = || image::ImageFormat::from_path(path).ok();
     let tga = || tga().filter(|format| *format == image::ImageFormat::Tga);
     let format = image::guess_format(bytes).ok().or_else(tga);
+    let format = format.filter(|_| other_kind(bytes).is_none());
     let format = format.ok_or_else(|| {
-        fail(&"neither PNG, JPEG, BMP nor TGA (told by the first bytes, TGA by the name)")
+        let message = "neither PNG, JPEG, BMP nor TGA (told by the first bytes, TGA by the name)";
+        file_error(path, with_other_kind(message.into(), bytes))
     })?;
     if format == image::ImageFormat::Jpeg && is_cut_jpeg(bytes) {
         return Err(fail(&"the file is cut short"));
@@ -62,7 +65,11 @@ fn decode_texels(
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
     let size = reader().into_dimensions().map_err(|e| fail(&e))?;
     let size = (size.0 as usize, size.1 as usize);
-    holds(size, bytes.len(), pixels_a_byte(format)).map_err(|why| fail(&why))?;
+    // Three bytes as they are decoded, and four of texels.
+    let memory_a_pixel = 7;
+    holds(size, bytes.len(), pixels_a_byte(format))
+        .and_then(|()| is_worth(size, bytes.len(), memory_a_pixel))
+        .map_err(|why| fail(&why))?;
     let image = decoded(|| reader().decode().map_err(|e| e.to_string()));
     let image = image.map_err(|why| fail(&why))?;
     let place = |note: String| format!("{}: {note}", path.display());

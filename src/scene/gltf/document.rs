@@ -9,6 +9,7 @@ use ::gltf::json::{Root, buffer, image, validation};
 use super::container::{Container, split};
 use super::parse::parse_root;
 use super::uri::{Uri, parse_uri};
+use crate::other_kind::other_kind;
 use crate::scene::SceneError;
 use crate::scene::text::file_error;
 
@@ -48,6 +49,9 @@ impl GltfFile {
 
     /// [`GltfFile::parse`] of the bytes of the file.
     pub(super) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<Self, SceneError> {
+        if let Some(kind) = other_kind(bytes) {
+            return Err(file_error(path, format!("this is no scene: {kind}")));
+        }
         let container = split(bytes).map_err(|message| file_error(path, message))?;
         let document = Document {
             path: path.to_owned(),
