@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::cell::Cell;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -15,6 +15,7 @@ use super::obj_text::{PlainObj, plain_obj};
 use super::polygon::{fan_covers, is_large, triangles_of};
 use super::text::{advice, file_error};
 use super::{Mesh, SceneError};
+use crate::other_kind::other_kind;
 
 /// An OBJ file that was read, to be divided among the shapes that are made of it.
 pub(super) struct ObjFile {
@@ -49,7 +50,13 @@ impl ObjFile {
             column: 1,
             message,
         };
-        let survey = Survey::of(&plain).map_err(at)?;
+        let survey = Survey::of(&plain).map_err(|(line, message)| {
+            let (line, message) = match message == NO_FACES {
+                true => (line, no_faces(bytes, &left_out)),
+                false => (line, message),
+            };
+            at((line, message))
+        })?;
         let hollow = survey.polygons > 0 && has_hollow(&plain, &survey.positions);
         let text = if survey.is_mixed() || hollow {
             Cow::Owned(survey.rewritten(&plain))
@@ -85,14 +92,21 @@ impl ObjFile {
             }
         })?;
         let mut parts: HashMap<String, Vec<usize>> = HashMap::new();
+        let several = names_of_several_groups(&text);
         for (index, model) in models.iter().enumerate() {
             if model.mesh.indices.is_empty() {
                 continue;
             }
             let material = model.mesh.material_id.and_then(|i| names.get(i).copied());
             let material = format!("usemtl {}", material.unwrap_or(""));
-            for name in [model.name.clone(), material] {
-                parts.entry(name).or_default().push(index);
+            let mut of = vec![model.name.as_str(), &material];
+            if several.contains(model.name.as_str()) {
+                of.extend(model.name.split_whitespace());
+            }
+            of.sort_unstable();
+            of.dedup();
+            for name in of {
+                parts.entry(name.to_owned()).or_default().push(index);
             }
         }
         Ok(Self {
@@ -123,6 +137,26 @@ impl ObjFile {
             mesh.append(&convert(&self.models[index].mesh));
         }
         Ok(FileMesh { mesh, notes })
+    }
+}
+
+const NO_FACES: &str = "the file has no faces";
+
+/// What to say of a file without faces: what it is, or what it has in their place.
+fn no_faces(bytes: &[u8], left_out: &BTreeMap<String, usize>) -> String {
+    if let Some(kind) = other_kind(bytes) {
+        return format!("{NO_FACES}; {kind}");
+    }
+    let found = left_out
+        .iter()
+        .take(3)
+        .map(|(what, count)| format!("{what}, {count} times"));
+    match left_out.is_empty() {
+        true => format!("{NO_FACES}; is it truncated?"),
+        false => format!(
+            "{NO_FACES}, but {}: is it an OBJ file?",
+            found.collect::<Vec<_>>().join(" and ")
+        ),
     }
 }
 
@@ -212,7 +246,7 @@ impl Survey {
             }
         }
         if survey.faces == 0 {
-            return Err((last_line, "the file has no faces; is it truncated?".into()));
+            return Err((last_line, NO_FACES.into()));
         }
         if survey.polygons > 0 {
             let vertices = text.lines().filter(|line| keyword(line) == "v");
@@ -257,6 +291,17 @@ impl Survey {
     fn is_mixed(&self) -> bool {
         (1..3).any(|kind| self.with[kind] && self.without[kind])
     }
+}
+
+/// What `g` statements say that put faces into several groups. (Names of objects may have blanks.)
+fn names_of_several_groups(text: &str) -> HashSet<&str> {
+    let named = |word: &'static str| {
+        let lines = text.lines().filter(move |line| keyword(line) == word);
+        let names = lines.map(|line| line.trim_start()[1..].trim());
+        names.filter(|name| name.contains(char::is_whitespace))
+    };
+    let objects: HashSet<&str> = named("o").collect();
+    named("g").filter(|name| !objects.contains(name)).collect()
 }
 
 fn keyword(line: &str) -> &str {

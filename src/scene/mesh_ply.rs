@@ -12,10 +12,11 @@ use ply_rs_bw::ply::{
 };
 
 use super::mesh::FileMesh;
-use super::ply_text::{plain_ply, plainly};
+use super::ply_text::{PlainPly, plain_ply, plainly};
 use super::polygon::triangles_of;
 use super::text::file_error;
 use super::{Mesh, SceneError};
+use crate::other_kind::other_kind;
 
 /// Loads the vertices, faces and triangle strips of a PLY file; polygons become triangles.
 ///
@@ -28,7 +29,10 @@ pub(super) fn load_ply(path: &Path) -> Result<FileMesh, SceneError> {
 
 /// [`load_ply`] of the bytes of a file; messages name `path`.
 pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<FileMesh, SceneError> {
-    let bytes = plain_ply(bytes);
+    if let Some(kind) = other_kind(bytes) {
+        return Err(file_error(path, format!("this is no PLY file: {kind}")));
+    }
+    let PlainPly { bytes, notes } = plain_ply(bytes).map_err(|why| file_error(path, why))?;
     let mut reader = Reader::new(Cursor::new(bytes.as_ref()));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
@@ -39,6 +43,7 @@ pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<FileMesh, SceneErro
         read: FileMesh::default(),
         faces: None,
     };
+    notes.into_iter().for_each(|note| file.note(note));
     for (name, element) in &header.elements {
         file.check(name, element, bytes.len())?;
         file.element(&mut reader, name, element)?;
@@ -72,6 +77,12 @@ impl PlyFile<'_> {
                 Some(axis) if name == "vertex" => {
                     format!("element `vertex` has no property `{axis}`")
                 }
+                _ if matches!(name, "face" | "tristrips") && count > 0 => {
+                    match wrong_corners(element) {
+                        Some(why) => format!("element `{name}`: {why}"),
+                        None => return Ok(()),
+                    }
+                }
                 _ => return Ok(()),
             }
         };
@@ -88,6 +99,9 @@ impl PlyFile<'_> {
             "vertex" => {
                 let vertices: Vec<Vertex> = self.entries(reader, element)?;
                 add_vertices(&mut self.read.mesh, &vertices, element);
+                for lacking in lacking_parts(element) {
+                    self.note(lacking);
+                }
                 if let Some(odd) = odd_colour(element) {
                     let path = self.path.display();
                     let note = format!(
@@ -98,6 +112,13 @@ impl PlyFile<'_> {
             }
             "face" => {
                 let faces = self.entries(reader, element)?;
+                let known = ["vertex_indices", "vertex_index", "texcoord", "texnumber"];
+                let names = element.properties.keys().map(String::as_str);
+                let others: Vec<&str> = names.filter(|name| !known.contains(name)).collect();
+                if !others.is_empty() {
+                    let others = others.join(", ");
+                    self.note(format!("properties of faces are left out: {others}"));
+                }
                 self.faces.get_or_insert_default().extend(faces);
             }
             "tristrips" => {
@@ -128,6 +149,11 @@ impl PlyFile<'_> {
         read.map_err(|e| located(self.path, &e, offset))
     }
 
+    fn note(&mut self, what: String) {
+        let path = self.path.display();
+        self.read.notes.push(format!("{path}: {what}"));
+    }
+
     /// Says what stands behind the last element that the header declares.
     fn note_trailing(&mut self, rest: &[u8]) {
         let end = rest.trim_ascii_end().len();
@@ -149,9 +175,15 @@ impl PlyFile<'_> {
             let note = format!("{path}: faces of several textures (`texnumber`) get the same one");
             self.read.notes.push(note);
         }
+        let small = faces.iter().filter(|face| face.corners.len() < 3).count();
         add_faces(&mut self.read.mesh, faces).map_err(|message| error(&message))?;
         if faces.iter().any(|face| !face.uvs.is_empty()) {
             split_at_seams(&mut self.read.mesh, faces);
+        }
+        if small > 0 {
+            self.note(format!(
+                "faces of fewer than three vertices are left out: {small}"
+            ));
         }
         Ok(self.read)
     }
@@ -177,10 +209,13 @@ fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
 fn add_vertices(mesh: &mut Mesh, vertices: &[Vertex], element: &ElementDef) {
     let has = |name: &str| element.properties.contains_key(name);
     mesh.positions = vertices.iter().map(|v| v.position).collect();
-    if has("nx") {
+    if ["nx", "ny", "nz"].into_iter().all(has) {
         mesh.normals = vertices.iter().map(|v| v.normal).collect();
     }
-    if UV_NAMES.iter().any(|name| has(name)) {
+    if UV_NAMES
+        .iter()
+        .any(|pair| pair.iter().all(|name| has(name)))
+    {
         mesh.uvs = vertices.iter().map(|v| v.uv).collect();
     }
     let mut colours = COLOUR_NAMES.iter();
@@ -209,12 +244,11 @@ fn odd_colour(element: &ElementDef) -> Option<&'static str> {
 fn add_faces(mesh: &mut Mesh, faces: &[Face]) -> Result<(), String> {
     let count = mesh.positions.len();
     for (number, face) in faces.iter().enumerate() {
-        let Some(corners) = face.corners.as_deref().filter(|c| c.len() >= 3) else {
-            return Err(format!(
-                "face {number} (from 0) has fewer than three vertices"
-            ));
+        let corners = match &face.corners[..] {
+            corners @ [_, _, _, ..] => corners,
+            _ => continue,
         };
-        if let Some(bad) = corners.iter().find(|&&i| i as usize >= count) {
+        if let Some(bad) = corners.iter().find(|&&i| i < 0 || i as usize >= count) {
             return Err(format!(
                 "face {number} (from 0) names vertex {bad}, the file has {count}"
             ));
@@ -228,16 +262,16 @@ fn add_faces(mesh: &mut Mesh, faces: &[Face]) -> Result<(), String> {
         }
         let triangles = triangles_of_face(mesh, corners);
         mesh.triangles
-            .extend(triangles.iter().map(|t| t.map(|i| corners[i])));
+            .extend(triangles.iter().map(|t| t.map(|i| corners[i] as u32)));
     }
     match mesh.triangles.is_empty() {
-        true => Err("the file has no faces; is it truncated?".into()),
+        true => Err("the file has no faces of three vertices; is it truncated?".into()),
         false => Ok(()),
     }
 }
 
 /// Triangles of a face, as places in its corners.
-fn triangles_of_face(mesh: &Mesh, corners: &[u32]) -> Vec<[usize; 3]> {
+fn triangles_of_face(mesh: &Mesh, corners: &[i64]) -> Vec<[usize; 3]> {
     if let [_, _, _] = corners {
         return vec![[0, 1, 2]];
     }
@@ -256,12 +290,7 @@ fn triangles_of_strip(strip: &[i64]) -> impl Iterator<Item = Face> {
             [c[1], c[0], c[2]]
         };
         Face {
-            // An index beyond 32 bits is none of a vertex.
-            corners: Some(
-                corners
-                    .map(|i| u32::try_from(i).unwrap_or(u32::MAX))
-                    .to_vec(),
-            ),
+            corners: corners.to_vec(),
             ..Face::default()
         }
     })
@@ -272,7 +301,10 @@ fn split_at_seams(mesh: &mut Mesh, faces: &[Face]) {
     let whole = std::mem::take(mesh);
     let mut known = HashMap::new();
     for face in faces {
-        let corners = face.corners.as_deref().unwrap_or_default();
+        let corners = &face.corners[..];
+        if corners.len() < 3 {
+            continue;
+        }
         let split: Vec<u32> = (0..corners.len())
             .map(|i| {
                 let uv = face.uvs.get(2 * i..2 * i + 2);
@@ -297,7 +329,54 @@ fn split_at_seams(mesh: &mut Mesh, faces: &[Face]) {
 /// Names of the channels of colours.
 const COLOUR_NAMES: [[&str; 3]; 2] = [["red", "green", "blue"], ["r", "g", "b"]];
 
-const UV_NAMES: [&str; 6] = ["u", "v", "s", "t", "texture_u", "texture_v"];
+const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+
+/// What is left out of vertices: parts of normals, of texture coordinates and of colours.
+fn lacking_parts(element: &ElementDef) -> Vec<String> {
+    let has = |name: &&str| element.properties.contains_key(*name);
+    let uvs = UV_NAMES.iter().map(|pair| pair.as_slice());
+    let normal = ["nx", "ny", "nz"];
+    let groups = std::iter::once(normal.as_slice()).chain(uvs);
+    let mut told = Vec::new();
+    for group in groups {
+        let there: Vec<&str> = group.iter().copied().filter(|name| has(name)).collect();
+        if !there.is_empty() && there.len() < group.len() {
+            let (there, group) = (there.join(", "), group.join(", "));
+            told.push(format!(
+                "`{there}` of vertices is left out: of {group} some are absent"
+            ));
+        }
+    }
+    if let Some(alpha) = ["alpha", "a"].iter().find(|name| has(name)) {
+        let colours = |names: &&[&str; 3]| names.iter().all(has);
+        if COLOUR_NAMES.iter().any(|names| colours(&names)) {
+            told.push(format!(
+                "`{alpha}` of vertices is left out: they are opaque"
+            ));
+        }
+    }
+    told
+}
+
+/// Why the corners of faces cannot be read.
+fn wrong_corners(element: &ElementDef) -> Option<String> {
+    let named = ["vertex_indices", "vertex_index"];
+    let list = named.iter().find_map(|name| element.properties.get(*name));
+    let Some(list) = list else {
+        let names: Vec<&str> = element.properties.keys().map(String::as_str).collect();
+        let names = names.join(", ");
+        return Some(format!(
+            "a list `vertex_indices` was expected, its properties are: {names}"
+        ));
+    };
+    match &list.data_type {
+        PropertyType::List(_, ScalarType::Float | ScalarType::Double) => {
+            Some("`vertex_indices` must be whole numbers, not float or double".into())
+        }
+        PropertyType::List(..) => None,
+        PropertyType::Scalar(_) => Some("`vertex_indices` must be a list".into()),
+    }
+}
 
 #[derive(Default)]
 struct Vertex {
@@ -359,7 +438,7 @@ fn number(property: &Property) -> Option<f64> {
 
 #[derive(Default)]
 struct Face {
-    corners: Option<Vec<u32>>,
+    corners: Vec<i64>,
     /// Texture coordinates of its corners, u and v in turn, or empty.
     uvs: Vec<f32>,
     /// Which of the textures of the file it has.
@@ -373,8 +452,8 @@ impl PropertyAccess for Face {
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
         match name {
-            "vertex_indices" | "vertex_index" => match property.to_u32_list() {
-                Some(corners) => self.corners = Some(corners),
+            "vertex_indices" | "vertex_index" => match whole_numbers(property) {
+                Some(corners) => self.corners = corners,
                 None => return PropertyAccessResult::UnsupportedType,
             },
             "texcoord" => match property {
@@ -402,17 +481,22 @@ impl PropertyAccess for Strip {
         if !matches!(name, "vertex_indices" | "vertex_index") {
             return PropertyAccessResult::Ignored;
         }
-        self.0 = match property {
-            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
-            unsigned => match unsigned.to_u32_list() {
-                Some(list) => list.into_iter().map(i64::from).collect(),
-                None => return PropertyAccessResult::UnsupportedType,
-            },
-        };
+        match whole_numbers(property) {
+            Some(list) => self.0 = list,
+            None => return PropertyAccessResult::UnsupportedType,
+        }
         PropertyAccessResult::Set
     }
+}
+
+/// A list of whole numbers, of whatever type.
+fn whole_numbers(property: Property) -> Option<Vec<i64>> {
+    Some(match property {
+        Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
+        Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
+        Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+        unsigned => unsigned.to_u32_list()?.into_iter().map(i64::from).collect(),
+    })
 }
 
 /// An element that does not matter here.

@@ -32,8 +32,18 @@ pub(super) fn plain_obj(bytes: &[u8]) -> PlainObj {
         text: String::with_capacity(text.len()),
         left_out: BTreeMap::new(),
     };
-    for (statement, lines) in statements(&text) {
-        plain.push(&statement);
+    // A last line that does not end may be cut: what lacks there is not left out, but refused.
+    let ends = text.is_empty() || text.ends_with(['\n', '\r']);
+    let mut statements = statements(&text).peekable();
+    while let Some((statement, lines)) = statements.next() {
+        let whole = ends || statements.peek().is_some();
+        match small_face(&statement).filter(|_| whole) {
+            Some(corners) => {
+                let what = format!("faces of {corners} corners (`f`)");
+                *plain.left_out.entry(what).or_insert(0) += 1;
+            }
+            None => plain.push(&statement),
+        }
         plain.text.extend(std::iter::repeat_n('\n', lines));
     }
     plain
@@ -94,6 +104,11 @@ impl PlainObj {
                 self.text.push_str(bare(statement));
                 None
             }
+            // What faces were called before version 3 of the format, which reads them so.
+            "fo" => {
+                self.text.push_str(&bare(statement).replacen("fo", "f", 1));
+                None
+            }
             "usemtl" if words.next().is_none() => {
                 self.text.push_str("usemtl ");
                 self.text.push_str(NAMELESS);
@@ -116,11 +131,17 @@ impl PlainObj {
     }
 }
 
-/// At most twenty characters of a word, for messages.
-fn clip(word: &str) -> &str {
-    word.char_indices()
-        .nth(20)
-        .map_or(word, |(end, _)| &word[..end])
+/// How many corners a face has, if they are too few.
+fn small_face(statement: &str) -> Option<usize> {
+    let mut words = bare(statement).split_whitespace();
+    let corners = matches!(words.next()?, "f" | "fo").then(|| words.take(3).count());
+    corners.filter(|&count| count < 3)
+}
+
+/// At most twenty characters of a word, for messages; what cannot be printed is written out.
+fn clip(word: &str) -> String {
+    let start = word.chars().take(20).collect::<String>();
+    start.escape_debug().to_string()
 }
 
 /// Numbers without a comment that touches the last of them. (Some programs write `-1.#IND` for what is none.)
@@ -164,6 +185,26 @@ mod tests {
         assert_eq!(text(b"\xff\xfeg\0 \0a\0\n\0"), "g a\n");
         assert_eq!(text(b"\xfe\xff\0g\0 \0a\0\n"), "g a\n");
         assert_eq!(text(b""), "");
+    }
+
+    #[test]
+    fn faces_of_two_corners_are_left_out_but_where_the_file_may_be_cut() {
+        let plain = plain_obj(b"f 1 2\nf 1\nf # none\nf 1/1 2/2 # 3/3\nf 1 2 3\n");
+        assert_eq!(plain.text, "\n\n\n\nf 1 2 3\n");
+        let told: Vec<(&str, usize)> = plain
+            .left_out
+            .iter()
+            .map(|(w, n)| (w.as_str(), *n))
+            .collect();
+        let faces = |corners: usize| {
+            [
+                "faces of 0 corners (`f`)",
+                "faces of 1 corners (`f`)",
+                "faces of 2 corners (`f`)",
+            ][corners]
+        };
+        assert_eq!(told, [(faces(0), 1), (faces(1), 1), (faces(2), 2)]);
+        assert_eq!(plain_obj(b"f 1 2 3\nf 1 2").text, "f 1 2 3\nf 1 2\n");
     }
 
     #[test]

@@ -198,3 +198,47 @@ fn damage_is_named_with_its_line() {
         }
     }
 }
+
+#[test]
+fn faces_belong_to_each_group_that_a_line_names() {
+    let text = format!("{CORNERS}g left top\nf 1 2 3\ng top\nf 1 3 4\no long name\nf 1 4 5\ng x\n");
+    let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
+    let count = |part| file.mesh(Some(part)).map_or(0, |m| m.mesh.triangles.len());
+    assert_eq!(
+        ["left", "top", "left top", "long name", "long"].map(count),
+        [1, 2, 1, 1, 0]
+    );
+}
+
+#[test]
+fn faces_of_older_versions_are_faces() {
+    let mesh = parse(&format!("{CORNERS}fo 1 2 3 4\n")).unwrap();
+    assert_eq!(mesh.triangles.len(), 2);
+}
+
+#[test]
+fn files_without_faces_are_refused_with_what_they_have() {
+    for (text, expected) in [
+        ("<!DOCTYPE html><html>", "it is a web page"),
+        (
+            "version https://git-lfs.github.com/spec/v1\n",
+            "git lfs pull",
+        ),
+        (
+            "V 0 0 0\nF 1 2 3\n",
+            "unknown statements (`F`), 1 times and unknown statements (`V`), 1 times: is it an OBJ",
+        ),
+        ("v 0 0 0\nf 1,2,3\n", "faces of 1 corners (`f`), 1 times"),
+        ("v 0 0 0\n", "is it truncated?"),
+    ] {
+        let error = parse(text).unwrap_err();
+        assert!(
+            error.contains("the file has no faces") && error.contains(expected),
+            "{error}"
+        );
+    }
+    let padded = format!("{CORNERS}f 1 2 3\n\0\0\x1a");
+    let file = ObjFile::parse(padded.as_bytes(), Path::new("t.obj")).unwrap();
+    let told = [r"t.obj: unknown statements (`\0\0\u{1a}`) are left out (1 times)"];
+    assert_eq!(file.mesh(None).unwrap().notes, told);
+}

@@ -121,7 +121,7 @@ fn damage_is_named_with_its_line() {
     assert!(
         parse(short.as_bytes())
             .unwrap_err()
-            .contains("fewer than three")
+            .contains("no faces of three vertices")
     );
 }
 #[test]
@@ -233,4 +233,135 @@ fn colours_of_types_without_a_largest_value_are_told() {
     let read = parse_ply(text.as_bytes(), Path::new("m.ply")).unwrap();
     assert!(read.mesh.colours.is_empty());
     assert!(read.notes[0].contains("of type int"), "{:?}", read.notes);
+}
+
+/// A square of two triangles with these properties of vertices, lines behind the header, and faces.
+fn square(properties: &str, faces: &str, body: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{properties}element face {faces}end_header\n{body}"
+    )
+}
+
+const LIST: &str = "2\nproperty list uchar int vertex_indices\n";
+const CORNERS: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+const FACES: &str = "3 0 1 2\n3 0 2 3\n";
+
+fn told(text: &str) -> Result<FileMesh, String> {
+    read(text.as_bytes())
+}
+
+#[test]
+fn entries_may_stand_anywhere_in_the_lines() {
+    let whole = told(&square("", LIST, &format!("{CORNERS}{FACES}"))).unwrap();
+    assert!(whole.notes.is_empty(), "{:?}", whole.notes);
+    let one_line = format!("{CORNERS}{FACES}").replace('\n', " ");
+    let wrapped = "0 0 0 1\n0 0 1 1 0 0 1 0\n3 0 1\n2 3 0 2 3\n";
+    for body in [one_line.as_str(), wrapped] {
+        let read = told(&square("", LIST, body)).unwrap();
+        assert_eq!(read.mesh.positions, whole.mesh.positions);
+        assert_eq!(read.mesh.triangles, whole.mesh.triangles);
+        assert!(read.notes.is_empty(), "{:?}", read.notes);
+    }
+    let longer = format!("{CORNERS}3 0 1 2 255 0 0\n3 0 2 3\n");
+    let read = told(&square("", LIST, &longer)).unwrap();
+    assert_eq!(read.mesh.triangles, whole.mesh.triangles);
+    assert_eq!(
+        read.notes,
+        ["t.ply: 1 lines have more values than the header declares, these are left out"]
+    );
+}
+
+#[test]
+fn a_mark_of_the_byte_order_and_comments_that_name_the_end_are_passed_over() {
+    let text = square("", LIST, &format!("{CORNERS}{FACES}"));
+    let marked = format!("\u{feff}{text}");
+    assert_eq!(told(&marked).unwrap().mesh.triangles.len(), 2);
+    let comment = "ply\ncomment end_header is below, nan\nobj_info inf\n";
+    let named = text.replacen("ply\n", comment, 1);
+    assert_eq!(told(&named).unwrap().mesh.triangles.len(), 2);
+}
+
+#[test]
+fn what_of_vertices_and_faces_is_left_out_is_told() {
+    let coloured = format!("{LIST}property uchar red\nproperty int material_index\n");
+    let faces = "3 0 1 2 255 0\n3 0 2 3 0 1\n";
+    let faces = told(&square("", &coloured, &format!("{CORNERS}{faces}"))).unwrap();
+    assert_eq!(
+        faces.notes,
+        ["t.ply: properties of faces are left out: red, material_index"]
+    );
+    let half = "property float nx\nproperty float ny\nproperty float u\n";
+    let body = CORNERS.replace('\n', " 0 0 0.5\n");
+    let read_half = told(&square(half, LIST, &format!("{body}{FACES}"))).unwrap();
+    assert!(read_half.mesh.normals.is_empty() && read_half.mesh.uvs.is_empty());
+    assert_eq!(
+        read_half.notes,
+        [
+            "t.ply: `nx, ny` of vertices is left out: of nx, ny, nz some are absent",
+            "t.ply: `u` of vertices is left out: of u, v some are absent",
+        ]
+    );
+    let alpha =
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
+    let body = CORNERS.replace('\n', " 1 2 3 4\n");
+    let text = square(alpha, LIST, &format!("{body}{FACES}"));
+    let text = text.replacen("ply\n", "ply\ncomment TextureFile my wood.png\n", 1);
+    assert_eq!(
+        told(&text).unwrap().notes,
+        [
+            "t.ply: the texture `my wood.png` that a comment names is left out",
+            "t.ply: `alpha` of vertices is left out: they are opaque",
+        ]
+    );
+}
+
+#[test]
+fn faces_of_few_corners_cost_a_message() {
+    let three = LIST.replacen('2', "4", 1);
+    let body = format!("{CORNERS}2 0 1\n{FACES}0\n");
+    let mesh = told(&square("", &three, &body)).unwrap();
+    assert_eq!(mesh.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(
+        mesh.notes,
+        ["t.ply: faces of fewer than three vertices are left out: 2"]
+    );
+}
+
+#[test]
+fn headers_that_cannot_be_meant_are_refused_in_words() {
+    let body = format!("{CORNERS}{FACES}");
+    let list = |line: &str| format!("2\nproperty {line}\n");
+    for (text, expected) in [
+        (
+            square("property float x\n", LIST, &body),
+            "property `x` of `vertex` is declared twice",
+        ),
+        (
+            square("element vertex 4\nproperty float x\n", LIST, &body),
+            "element `vertex` is declared twice",
+        ),
+        (
+            square("", &list("list uchar int Vertex_Indices"), &body),
+            "a list `vertex_indices` was expected, its properties are: Vertex_Indices",
+        ),
+        (
+            square("", &list("list uchar float vertex_indices"), &body),
+            "must be whole numbers, not float",
+        ),
+        (
+            square("", &list("int vertex_indices"), &body),
+            "must be a list",
+        ),
+        (
+            square("", LIST, &body.replace("3 0 1 2", "3 0 1 -2")),
+            "face 0 (from 0) names vertex -2, the file has 4",
+        ),
+        (
+            "version https://git-lfs.github.com/spec/v1\n".into(),
+            "a pointer of Git LFS",
+        ),
+    ] {
+        let error = told(&text).unwrap_err();
+        assert!(error.contains(expected), "{error} ({expected})");
+    }
 }
