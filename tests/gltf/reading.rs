@@ -314,3 +314,28 @@ fn buffers_count_by_what_is_in_them() {
     assert_eq!(key(&file.data), key(&file.data), "wherever it lies");
     assert_ne!(key(&file.data), key(&other));
 }
+
+#[test]
+fn what_gltf_does_not_allow_and_viewers_take_is_told() {
+    let notes = |file: &File| file.load().expect("loads").notes;
+    let told = |file: &File, words: &str| notes(file).iter().any(|note| note.contains(words));
+    let mut file = File::triangle();
+    file.set("/nodes/0/rotation", json!([0, 0, 0, 2]));
+    assert!(told(&file, "no unit quaternion"), "{:?}", notes(&file));
+    let one = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
+    file.set("/nodes/0/matrix", one);
+    assert!(
+        told(&file, "has a matrix, which counts"),
+        "{:?}",
+        notes(&file)
+    );
+    let mut file = File::triangle();
+    let five = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 0., 0., 1., 1., 0.];
+    let at = file.accessor(&floats(&five), FLOAT, "VEC3", 5);
+    file.set("/meshes/0/primitives/0/attributes/POSITION", json!(at));
+    file.set("/meshes/0/primitives/0/mode", json!(4));
+    assert!(told(&file, "2 corners more"), "{:?}", notes(&file));
+    for words in ["quaternion", "matrix", "corners more"] {
+        assert!(!told(&File::triangle(), words));
+    }
+}

@@ -100,6 +100,7 @@ impl<'a> Importer<'a> {
         self.prepare_means();
         let meshes = self.meshes_of(&nodes)?;
         for placed in &nodes {
+            self.note_odd_place(placed.node);
             self.node(placed)?;
         }
         let bounds = self.shapes(&nodes, &meshes);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ::gltf::json::mesh::{Mesh as Declared, Primitive, Semantic};
+use ::gltf::json::mesh::{Mesh as Declared, Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -93,7 +93,36 @@ impl Importer<'_> {
             self.note(format!("{place} has no positions and is left out"));
             return Ok(false);
         }
+        let indices = primitive.indices.map(|index| index.value());
+        let corners = indices.or(attribute(primitive, Semantic::Positions));
+        let corners = corners.and_then(|index| self.file.root().accessors.get(index));
+        let extra = corners.map_or(0, |accessor| accessor.count.0 % 3);
+        if extra > 0 && primitive.mode == Checked::Valid(Mode::Triangles) {
+            self.note(format!(
+                "{place} has {extra} corners more than fill triangles, which are left out"
+            ));
+        }
         Ok(true)
+    }
+
+    /// Says where a node is placed in a way that glTF does not allow.
+    pub(super) fn note_odd_place(&mut self, index: usize) {
+        let node = &self.file.root().nodes[index];
+        let place = self.file.node_place(index);
+        let parts = node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
+        if node.matrix.is_some() && parts {
+            self.note(format!(
+                "{place} has a matrix, which counts, beside translation, rotation or scale"
+            ));
+        }
+        let length = node
+            .rotation
+            .map_or(1.0, |r| r.0.iter().map(|x| x * x).sum::<f32>().sqrt());
+        if (length - 1.0).abs() > 0.01 {
+            self.note(format!(
+                "the rotation of {place} is no unit quaternion and made one"
+            ));
+        }
     }
 
     /// Morph targets of weight 0 change nothing; others would be seen wrong.
