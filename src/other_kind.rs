@@ -1,5 +1,7 @@
 //! Files that are not what their names say: what is there in their place, and what to do.
 
+use std::path::Path;
+
 /// What bytes are that no reader of scenes, meshes or pictures takes, as the end of a message; nothing where that is not
 /// known.
 pub(crate) fn other_kind(bytes: &[u8]) -> Option<&'static str> {
@@ -106,9 +108,51 @@ pub(crate) fn with_other_kind(message: String, bytes: &[u8]) -> String {
     }
 }
 
+/// The text of a file of our own formats.
+///
+/// # Errors
+/// A sentence: it cannot be read, is of another kind, or is not in UTF-8.
+pub(crate) fn read_text(file: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("cannot be read: {error}"))?;
+    text_of(bytes)
+}
+
+fn text_of(bytes: Vec<u8>) -> Result<String, String> {
+    String::from_utf8(bytes).map_err(|error| {
+        let bytes = error.as_bytes();
+        if let Some(kind) = other_kind(bytes) {
+            return format!("is no text: {kind}");
+        }
+        let sound = error.utf8_error().valid_up_to();
+        let line = 1 + bytes[..sound].iter().filter(|&&b| b == b'\n').count();
+        let wide = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+        let found = if wide {
+            "the file is UTF-16"
+        } else {
+            "it is in another encoding"
+        };
+        format!("line {line} is not UTF-8, {found}: save it as UTF-8")
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_in_other_encodings_is_refused_in_words() {
+        let told = |bytes: &[u8]| text_of(bytes.to_vec()).unwrap_err();
+        assert_eq!(
+            told(b"\xff\xfen\0a\0"),
+            "line 1 is not UTF-8, the file is UTF-16: save it as UTF-8"
+        );
+        assert_eq!(
+            told(b"a = 1\nb = \"caf\xe9\""),
+            "line 2 is not UTF-8, it is in another encoding: save it as UTF-8"
+        );
+        assert!(told(b"PK\x03\x04\xff").contains("ZIP"));
+        assert_eq!(text_of(b"a = 1".to_vec()), Ok("a = 1".into()));
+    }
 
     #[test]
     fn what_stands_in_place_of_a_file_is_named() {

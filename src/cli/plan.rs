@@ -28,6 +28,20 @@ pub struct PlannedSuite {
     pub folder: PathBuf,
 }
 
+/// Of two overrides of one key only the last would count.
+fn refuse_twice(overrides: &[Override]) -> Result<(), Failure> {
+    let mut seen = BTreeSet::new();
+    match overrides.iter().find(|o| !seen.insert(&o.key)) {
+        None => Ok(()),
+        Some(again) => {
+            let key = &again.key;
+            Err(Failure::usage(format!(
+                "`{key}` is given twice; {key}=A,B runs with both values, one after the other"
+            )))
+        }
+    }
+}
+
 /// Plans every config of the selection and applies its filters.
 pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
     let (settings, configs): (Vec<&String>, Vec<&String>) = selection
@@ -51,6 +65,7 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
     if let Some(repeats) = selection.repeats {
         overrides.push(Override::parse(&format!("repeats={repeats}"))?);
     }
+    refuse_twice(&overrides)?;
     let filter = Filter::new(selection)?;
     let mut all = Vec::new();
     let folder = |name: &str| {

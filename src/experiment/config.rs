@@ -11,6 +11,7 @@ use super::reported::{ClaimSpec, FigureSpec, GateSpec, Published, TableSpec};
 use super::scale::Scale;
 use super::sequence::SequenceSpec;
 use super::shipped;
+use crate::other_kind::read_text;
 use crate::suggest::with_hint;
 
 /// An experiment as written. Every key has a default but `name`, `technique`, `scene` and `method`.
@@ -293,9 +294,9 @@ impl Source {
     /// # Errors
     /// A file that cannot be read, or is not UTF-8.
     pub fn read(file: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(file).map_err(|error| ConfigError::Read {
+        let text = read_text(file).map_err(|reason| ConfigError::Read {
             file: file.to_owned(),
-            reason: format!("cannot be read: {error}"),
+            reason,
         })?;
         Ok(Self {
             file: file.to_owned(),

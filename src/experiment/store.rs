@@ -21,11 +21,29 @@ pub struct Store {
     _own: Option<Arc<OwnFolder>>,
 }
 
+/// A file of a folder without results that has the name of one of ours.
+fn foreign_file(folder: &Path) -> Option<&'static str> {
+    let has_results = folder.join("jobs").is_dir() || Store::at(folder).plan().is_ok();
+    let names = [
+        "config.json",
+        "plan.json",
+        "provenance.json",
+        "rows.csv",
+        "rows.jsonl",
+        "report.html",
+    ];
+    let is_there = |name: &&str| folder.join(name).exists();
+    names
+        .into_iter()
+        .find(|name| !has_results && is_there(name))
+}
+
 impl Store {
     /// Opens or creates the folder for writing and removes what interrupted runs left unfinished.
     ///
     /// # Errors
-    /// The folder cannot be made, is that of the references, or another program writes into it.
+    /// The folder cannot be made, is that of the references, holds files of others that would be replaced, or another
+    /// program writes into it.
     pub fn create(folder: &Path) -> io::Result<Self> {
         if ReferenceStore::beside(folder).folder == folder {
             let message = format!(
@@ -35,6 +53,13 @@ impl Store {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
         }
         let jobs = folder.join("jobs");
+        if let Some(file) = foreign_file(folder) {
+            let message = format!(
+                "{} holds a `{file}` and no results: it would be replaced; choose another folder with --out",
+                folder.display()
+            );
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
         fs::create_dir_all(&jobs).map_err(at(&jobs))?;
         let own = OwnFolder::take(folder)?;
         for entry in fs::read_dir(&jobs).map_err(at(&jobs))? {

@@ -75,6 +75,10 @@ pub fn find_scene_in(name: &str, folders: &[PathBuf]) -> Result<SceneDescription
             return load_file(&file, &scene_name(&file));
         }
         let shown = path.display();
+        if !base.as_os_str().is_empty() && !base.is_dir() {
+            looked.push(format!("{}, which is no folder", base.display()));
+            continue;
+        }
         looked.push(if is_scene_file(&path) {
             shown.to_string()
         } else {
@@ -154,4 +158,19 @@ fn scenes_in(folder: &Path) -> Vec<String> {
 /// Names of the embedded scenes.
 pub fn shipped_scenes() -> Vec<&'static str> {
     SHIPPED.iter().map(|(name, _)| *name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_scenes_that_is_none_is_named() {
+        let folders = [PathBuf::from("/gone/scenes"), PathBuf::from("Cargo.toml")];
+        let error = find_scene_in("nowhere", &folders).unwrap_err().to_string();
+        assert!(
+            error.contains("/gone/scenes, which is no folder; Cargo.toml, which is no folder"),
+            "{error}"
+        );
+    }
 }

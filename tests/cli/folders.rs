@@ -256,3 +256,26 @@ fn a_gate_does_not_pass_on_some_of_the_shards() {
     assert!(!whole.err.contains("shards"), "{}", whole.err);
     assert!(missing("half").out.contains("0 of 4"));
 }
+
+#[test]
+fn files_of_others_are_not_replaced() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    fs::create_dir_all(place.path().join("mine")).expect("a folder");
+    place.write("mine/config.json", "{\"mine\": 1}");
+    let run = place.lightbench(&["run", "tiny.toml", "repeats=1", "--out", "mine"]);
+    assert_eq!(run.code, 2, "{}", run.err);
+    assert!(
+        run.err.contains("holds a `config.json` and no results"),
+        "{}",
+        run.err
+    );
+    let kept = fs::read_to_string(place.path().join("mine/config.json")).expect("there");
+    assert_eq!(kept, "{\"mine\": 1}");
+    assert!(!place.path().join("mine/jobs").exists());
+    // Its own folder it takes again, whatever was removed from it.
+    let own = ["run", "tiny.toml", "repeats=1", "--out", "own"];
+    assert_eq!(place.lightbench(&own).code, 0);
+    fs::remove_dir_all(place.path().join("own/jobs")).expect("there");
+    assert_eq!(place.lightbench(&own).code, 0);
+}

@@ -217,3 +217,18 @@ fn the_unit_of_a_scene_can_be_set_and_is_part_of_the_keys() {
     let metres = image(&["--set", "metres_per_unit=1"]);
     assert_ne!(metres, image(&["--set", "metres_per_unit=0.01"]));
 }
+
+#[test]
+fn an_override_that_is_given_twice_is_refused() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let twice: [&[&str]; 2] = [
+        &["caches=10", "caches=20,30"],
+        &["repeats=2", "--repeats", "3"],
+    ];
+    for arguments in twice {
+        let plan = place.lightbench(&[&["plan", "tiny.toml"], arguments].concat());
+        assert_eq!(plan.code, 2, "{}", plan.err);
+        assert!(plan.err.contains("is given twice"), "{}", plan.err);
+    }
+}

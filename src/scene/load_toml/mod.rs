@@ -18,10 +18,11 @@ use toml::de::DeTable;
 
 use super::text::{error_at, file_error};
 use super::{Material, SceneDescription, SceneError};
+use crate::other_kind::read_text;
 
 /// Reads a scene file; no mesh, texture or map is opened.
 pub(super) fn load_toml(file: &Path, name: &str) -> Result<SceneDescription, SceneError> {
-    let text = std::fs::read_to_string(file).map_err(|e| file_error(file, e.to_string()))?;
+    let text = read_text(file).map_err(|why| file_error(file, why))?;
     parse_toml(&text, Some(file), name)
 }
 
