@@ -4,6 +4,7 @@
 use std::cell::Cell;
 use std::fs;
 use std::io::{Cursor, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use lightbench::readers::{formats, read};
@@ -239,6 +240,21 @@ fn sound_files_are_read() {
     for format in formats() {
         for seed in seeds(format) {
             read(format, &seed).unwrap_or_else(|told| panic!("{format}: {told}"));
+        }
+    }
+}
+
+/// `LIGHTBENCH_SEEDS=fuzz/corpus cargo test --test readers seeds` writes them where cargo-fuzz begins from.
+#[test]
+fn seeds_are_written_where_they_are_wanted() {
+    let Some(folder) = std::env::var_os("LIGHTBENCH_SEEDS") else {
+        return;
+    };
+    for format in formats() {
+        let folder = Path::new(&folder).join(format);
+        fs::create_dir_all(&folder).expect("a folder");
+        for (number, seed) in seeds(format).into_iter().enumerate() {
+            fs::write(folder.join(format!("seed-{number}")), seed).expect("a file");
         }
     }
 }
