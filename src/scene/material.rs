@@ -119,6 +119,17 @@ pub enum Bsdf {
     },
 }
 
+impl Bsdf {
+    /// Whether what is seen lies behind the surface or in it: mirrors and all glass, frosted too.
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Self::Conductor { alpha, .. } => *alpha <= 0.0,
+            Self::Dielectric { .. } => true,
+            Self::Diffuse { .. } | Self::Plastic { .. } => false,
+        }
+    }
+}
+
 impl Material {
     /// An opaque two-sided diffuse material.
     pub fn diffuse(name: &str, reflectance: [f32; 3]) -> Self {
@@ -136,15 +147,11 @@ impl Material {
             soft_terminators: false,
         }
     }
+
     /// Whether light can pass or be mirrored without being scattered, so that what the camera sees
     /// lies behind this surface.
     pub fn is_specular(&self) -> bool {
-        let delta = match self.bsdf {
-            Bsdf::Conductor { alpha, .. } => alpha <= 0.0,
-            Bsdf::Dielectric { .. } => true,
-            Bsdf::Diffuse { .. } | Bsdf::Plastic { .. } => false,
-        };
-        delta || self.opacity.is_some()
+        self.bsdf.is_delta() || self.opacity.is_some()
     }
 
     /// Whether it is rough glass.

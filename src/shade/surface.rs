@@ -1,22 +1,21 @@
 //! What a ray meets: position, orientation, scattering and emission at a hit.
 
+mod blend;
 mod normals;
 
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
+use self::blend::Met;
 use super::bsdf::{
     BsdfSample, Coating, Conductor, Dielectric, Diffuse, Incident, Lobes, LocalBsdf, Microfacets,
     Model, Plastic,
 };
 use crate::image::luminance;
-use crate::sample::{Frame, Rng};
+use crate::sample::Frame;
 use crate::scene::{Bsdf, ColourSource, Material, Scene};
 use crate::trace::Hit;
-
-/// Keys the choice among blended materials.
-const BLEND_STREAM: u64 = 0x626c_656e_6465;
 
 /// Materials with what is integrated once: the coatings of the plastics.
 pub struct Surfaces<'a> {
@@ -60,14 +59,6 @@ struct Place {
     weights: [f32; 3],
 }
 
-/// How a ray meets a surface.
-struct Met<'a> {
-    hit: &'a Hit,
-    direction: Vec3,
-    /// Whether it comes from the back.
-    behind: bool,
-}
-
 impl<'a> Surfaces<'a> {
     /// Integrates the coatings of the scene's plastics.
     pub fn new(scene: &'a Scene) -> Self {
@@ -104,21 +95,19 @@ impl<'a> Surfaces<'a> {
         let uv = (0..3).fold(Vec2::ZERO, |sum, i| sum + weights[i] * corner_uvs[i]);
         let shape = scene.triangle_shape.get(hit.triangle as usize).copied();
         let shape = shape.unwrap_or(0);
-        let mut index = scene.shapes.get(shape as usize).map_or(0, |s| s.material) as usize;
         let place = Place {
             uv,
             corners,
             weights,
         };
-        let behind = direction.dot(shading_normal) > 0.0;
         let met = Met {
             hit,
             direction,
-            behind,
+            behind: direction.dot(shading_normal) > 0.0,
+            place: &place,
         };
-        while let Some(other) = self.in_place_of(index, &met, &place) {
-            index = other;
-        }
+        let declared = scene.shapes.get(shape as usize).map_or(0, |s| s.material);
+        let index = self.material_met(declared as usize, &met);
         let material = scene.materials.get(index);
         let mut normal = shading_normal;
         let texture = |index: usize| scene.textures.get(index);
@@ -157,17 +146,6 @@ impl<'a> Surfaces<'a> {
             view,
             local_view: frame.to_local(view),
         }
-    }
-
-    /// The material that a ray meets in place of number `index`: that of the back, or one of a blend.
-    fn in_place_of(&self, index: usize, met: &Met, place: &Place) -> Option<usize> {
-        let material = self.scene.materials.get(index)?;
-        if let (Some(back), true) = (material.back, met.behind) {
-            return Some(back);
-        }
-        let blend = material.blend?;
-        let takes_second = met.chance(index) < self.share(blend.second, place);
-        Some(blend.materials[usize::from(takes_second)])
     }
 
     /// A number in [0, 1]: the luminance of a colour.
@@ -483,17 +461,6 @@ impl Interaction<'_> {
     /// Bump mapping must not turn a direction to the other side of the unperturbed surface.
     fn inconsistent(&self, local: Vec3, world: Vec3) -> bool {
         self.frame.normal != self.shading_normal && local.z * world.dot(self.shading_normal) <= 0.0
-    }
-}
-
-impl Met<'_> {
-    /// Decides which part of material number `index` is met: a number in [0, 1), the same for the same ray at the same place,
-    /// and as if by chance among others.
-    fn chance(&self, index: usize) -> f32 {
-        let pair = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
-        let place = pair(self.hit.u, self.hit.v) ^ u64::from(self.hit.triangle);
-        let way = pair(self.direction.x, self.direction.y);
-        Rng::new(place, BLEND_STREAM, way, index as u64).next_f32()
     }
 }
 
