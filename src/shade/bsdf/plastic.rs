@@ -352,7 +352,7 @@ mod tests {
         let anew = Coating::new(Some(facets), 1.45);
         assert_eq!(
             (anew.transmittance, anew.fit),
-            (of(0.2).transmittance.clone(), of(0.2).fit)
+            (of(0.2).transmittance, of(0.2).fit)
         );
     }
 

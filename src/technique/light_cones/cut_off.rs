@@ -76,7 +76,7 @@ fn witnesses(
     let row = (shot.width * shot.spp as usize).max(1);
     let rows = sight.looks.par_chunks(row).map(|looks| {
         let mut found = Vec::new();
-        for Look { hit, address } in looks.iter().flatten() {
+        for Look { hit, address, .. } in looks.iter().flatten() {
             let Some(address) = address else { continue };
             for (texel, _) in address.texels(&surfaces.grid, parameters.filter) {
                 if surfaces.blocks.begins(texel) {

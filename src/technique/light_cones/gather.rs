@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::options::{CalmTests, Parameters};
+use super::options::{CalmTests, Orientation, Parameters};
 use super::texels::{frame_of, hit_of, normal_of};
 use crate::cache::cones::{Cone, EdgeTest, Entry, MOST_CONES, Storage, Update, Weighting};
 use crate::cache::surface::{BLOCK_TEXELS, Block, Blocks};
@@ -85,15 +85,15 @@ impl Gathering<'_> {
             let number = u64::from(self.shot.frame) << 6 | index as u64;
             let mut rng = Rng::new(self.seed, STREAM, block.key.bits(), number);
             let hit = hit_of(point);
+            let (scene, orientation) = (self.shot.scene, self.parameters.orientation);
+            let frame = frame_of(scene, point.triangle, back, orientation);
             let texel = Receiver {
                 at: self.shot.paths.surfaces().interact(&hit, Vec3::NEG_Z),
-                normal: normal_of(self.shot.scene, point.triangle, back),
-                frame: frame_of(
-                    self.shot.scene,
-                    point.triangle,
-                    back,
-                    self.parameters.orientation,
-                ),
+                normal: match orientation {
+                    Orientation::Surface => frame.normal,
+                    Orientation::World => normal_of(scene, point.triangle, back),
+                },
+                frame,
             };
             let entry = self.storage.read(words);
             let entry = self.updated(caster, &texel, entry, &mut rng, &mut tally);

@@ -13,7 +13,7 @@ use crate::sample::{Frame, Rng};
 use crate::shade::bsdf::{Incident, LightCone};
 use crate::shade::{Depths, Interaction};
 use crate::technique::Shot;
-use crate::trace::{Caster, Ray, RayCounter};
+use crate::trace::{Caster, RayCounter};
 
 /// Makes the image of a viewer.
 pub(super) struct Shading<'a> {
@@ -108,12 +108,13 @@ impl Shading<'_> {
                 let pixel = first + index;
                 let mut sum = Vec3::ZERO;
                 for sample in 0..samples {
-                    let ray = camera_ray(self.shot, pixel as u32, sample as u32);
-                    let look = sight.looks[pixel * samples + sample];
-                    let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
-                    let number = u64::from(self.shot.frame) << 32 | sample as u64;
-                    let mut rng = Rng::new(self.seed, STREAM, item, number);
-                    let radiance = self.radiance(workplace, ray, look, &mut rng);
+                    let radiance = match sight.looks[pixel * samples + sample] {
+                        Some(look) => self.seen(workplace, look, [pixel, sample]),
+                        None => {
+                            let ray = camera_ray(self.shot, pixel as u32, sample as u32);
+                            self.shot.paths.lights().environment(ray.direction)
+                        }
+                    };
                     match radiance.is_finite() {
                         true => sum += radiance,
                         false => workplace.tally.non_finite += 1,
@@ -124,22 +125,16 @@ impl Shading<'_> {
         }
     }
 
-    /// Radiance along a camera ray.
-    fn radiance(
-        &self,
-        workplace: &mut Workplace,
-        ray: Ray,
-        look: Option<Look>,
-        rng: &mut Rng,
-    ) -> Vec3 {
+    /// Radiance that a camera sample of a pixel gets of the surface that it meets.
+    fn seen(&self, workplace: &mut Workplace, look: Look, [pixel, sample]: [usize; 2]) -> Vec3 {
+        let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
+        let number = u64::from(self.shot.frame) << 32 | sample as u64;
+        let rng = &mut Rng::new(self.seed, STREAM, item, number);
         let paths = &self.shot.paths;
-        let Some(Look { hit, address }) = look else {
-            return paths.lights().environment(ray.direction);
-        };
-        let at = paths.surfaces().interact(&hit, ray.direction);
+        let at = paths.surfaces().interact(&look.hit, look.direction);
         let straight = self.straight(&workplace.caster, &at, rng);
         let mut sum = paths.lights().emitted(&at) + straight;
-        if let Some(address) = address {
+        if let Some(address) = look.address {
             let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
             let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
             workplace.incident.clear();
@@ -199,8 +194,11 @@ impl Shading<'_> {
                 return cone.light * scattering * (cosine * weight);
             }
         }
-        let samples = (self.parameters.shading_samples as f32 * weight).ceil() as usize;
-        let samples = samples.clamp(1, self.parameters.shading_samples as usize);
+        let most = self.parameters.shading_samples;
+        let wanted = most as f32 * weight;
+        let whole = wanted as u32;
+        let samples = whole + u32::from((whole as f32) < wanted);
+        let samples = samples.clamp(1, most) as usize;
         let Frame {
             tangent,
             bitangent,

@@ -108,16 +108,16 @@ impl ShownCone {
     /// A cone in the world whose frame is turned around the axis by an angle of this sine and cosine.
     fn of(cone: &Cone, (turn_sine, turn_cosine): (f32, f32)) -> Self {
         let frame = Frame::from_normal(cone.axis);
-        let (sine, cosine) = cone.half_angle.sin_cos();
+        let height = cone.height();
         Self {
             frame: Frame {
                 tangent: frame.tangent * turn_cosine + frame.bitangent * turn_sine,
                 bitangent: frame.bitangent * turn_cosine - frame.tangent * turn_sine,
                 normal: frame.normal,
             },
-            sine,
-            cosine,
-            height: cone.height(),
+            sine: (height * (2.0 - height)).max(0.0).sqrt(),
+            cosine: 1.0 - height,
+            height,
             light: cone.light,
         }
     }

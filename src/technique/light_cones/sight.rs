@@ -7,7 +7,7 @@ use super::options::{Filter, Parameters};
 use super::texels::{Surfaces, normal_of};
 use crate::cache::surface::{Grid, Requests, Surface, Texel};
 use crate::sample::Rng;
-use crate::scene::{Bsdf, Scene};
+use crate::scene::Scene;
 use crate::technique::Shot;
 use crate::trace::{Caster, Hit, Ray, RayCounter};
 
@@ -25,6 +25,8 @@ pub(super) struct Sight {
 #[derive(Clone, Copy)]
 pub(super) struct Look {
     pub hit: Hit,
+    /// Of the camera ray, unit.
+    pub direction: Vec3,
     /// `None` on surfaces that no light shines on: mirrors and glass.
     pub address: Option<Address>,
 }
@@ -131,6 +133,7 @@ impl<'a> Addresses<'a> {
                 for ((pixel, hit), direction) in pixels().zip(hits).zip(&directions) {
                     looks[pixel * samples + sample] = hit.map(|hit| Look {
                         hit,
+                        direction: *direction,
                         address: self.of(&hit, *direction),
                     });
                 }
@@ -194,7 +197,7 @@ impl Address {
     }
 }
 
-/// Whether light reaches the viewer from single directions only.
+/// Whether the side of a triangle is that of a mirror or glass.
 fn is_delta(scene: &Scene, triangle: u32, back: bool) -> bool {
     let shape = scene.triangle_shape.get(triangle as usize);
     let shape = shape.and_then(|&shape| scene.shapes.get(shape as usize));
@@ -203,9 +206,5 @@ fn is_delta(scene: &Scene, triangle: u32, back: bool) -> bool {
         Some(behind) if back => scene.materials.get(behind),
         _ => Some(front),
     });
-    material.is_some_and(|material| match material.bsdf {
-        Bsdf::Dielectric { .. } => true,
-        Bsdf::Conductor { alpha, .. } => alpha <= 0.0,
-        Bsdf::Diffuse { .. } | Bsdf::Plastic { .. } => false,
-    })
+    material.is_some_and(|material| material.bsdf.is_delta())
 }
