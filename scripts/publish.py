@@ -3,13 +3,16 @@
 
     lightbench run CONFIG … > RUN.log
     scripts/publish.py RESULTS RUN.log NAME "Title" "the command, as it was given" [--together]
+        [--frames 1-6 "a lamp swings"] …
 
 RESULTS is the folder of the run and RUN.log what it printed. NAME.md is written; add it to the list of
 docs/results.md, which a test compares with the folder. With `--together`, for runs of many scenes, tables keep the
-columns over all scenes, and those without any are left out.
+columns over all scenes, and those without any are left out. With `--frames`, for a sequence of one job, a table of the
+means over these frames is added: rays, and processor seconds by stage.
 """
 
 import argparse
+import csv
 import re
 from pathlib import Path
 
@@ -56,11 +59,36 @@ def trimmed(body: str) -> str:
     return "\n\n".join(blocks)
 
 
+def of_frames(results: str, asked: list[list[str]]) -> list[str]:
+    """A table of the rays and processor seconds of frames of the only job there is."""
+    (path,) = Path(results, "jobs").glob("*/frames.csv")
+    with open(path, newline="") as file:
+        frames = list(csv.DictReader(file))
+    prefix = "cpu_seconds_"
+    stages = [key[len(prefix):] for key in frames[-1] if key.startswith(prefix) and frames[-1][key]]
+    stages = [stage for stage in stages if stage != "total"] + ["total"]
+    lines = [
+        "| Frames | rays, 10⁶ | " + " | ".join(f"CPU {stage}, s" for stage in stages) + " |",
+        "|:--|" + "--:|" * (1 + len(stages)),
+    ]
+    for span, text in asked:
+        first, _, last = span.partition("-")
+        chosen = [row for row in frames if int(first) <= int(row["frame"]) <= int(last or first)]
+
+        def mean(keys: list[str]) -> float:
+            return sum(float(row[key] or 0) for row in chosen for key in keys) / len(chosen)
+
+        seconds = " | ".join(f"{mean([prefix + stage]):.2f}" for stage in stages)
+        lines.append(f"| {span}: {text} | {mean(['rays', 'shadow_rays']) / 1e6:.2f} | {seconds} |")
+    return ["## Rays and processor seconds of single frames", "", *lines, "", "Means of `frames.csv`.", ""]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ["results", "log", "name", "title", "command"]:
         parser.add_argument(name)
     parser.add_argument("--together", action="store_true", help="keep of tables the columns over all scenes")
+    parser.add_argument("--frames", nargs=2, action="append", default=[], metavar=("FIRST-LAST", "TEXT"))
     asked = parser.parse_args()
     said = "; of its tables here are the columns over all scenes together." if asked.together else ""
     page = [f"# {asked.title}", "", f"`lightbench {asked.command}`{said}", ""]
@@ -74,6 +102,8 @@ def main() -> None:
     title_of = {path: body.partition("\n")[0].lstrip("# ") for path, body in text.items()}
     for path in sorted(tables, key=lambda path: printed.find("\n" + title_of[path] + "\n")):
         page += ["#" + (trimmed(text[path]) if asked.together else text[path]), ""]
+    if asked.frames:
+        page += of_frames(asked.results, asked.frames)
     target = Path(__file__).parent.parent / "results" / "published" / f"{asked.name}.md"
     target.write_text("\n".join(page).rstrip("\n") + "\n")
     print(target)
