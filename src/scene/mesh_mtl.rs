@@ -148,12 +148,18 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
 
 /// The libraries that a `mtllib` names: one, whose name may have blanks, or several with blanks between them.
 fn libraries(folder: &Path, names: &str) -> Vec<PathBuf> {
-    let file = |name: &str| folder.join(name.replace('\\', "/"));
+    let file = |name: &str| named_file(folder, name);
     let one = file(names);
     match one.exists() {
         true => vec![one],
         false => names.split_whitespace().map(file).collect(),
     }
+}
+
+/// The file of a name that may have backslashes, and quotes around it as some exporters write them.
+fn named_file(folder: &Path, name: &str) -> PathBuf {
+    let quoted = name.strip_prefix('"').and_then(|n| n.strip_suffix('"'));
+    folder.join(quoted.unwrap_or(name).replace('\\', "/"))
 }
 
 /// Names after `usemtl` that faces follow, each once, in order.
@@ -372,7 +378,7 @@ impl MtlMap {
         match rest {
             "" => Err("a file was expected".into()),
             _ => {
-                map.file = folder.join(rest.replace('\\', "/"));
+                map.file = named_file(folder, rest);
                 Ok(map)
             }
         }

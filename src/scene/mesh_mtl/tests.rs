@@ -142,7 +142,12 @@ fn several_libraries_may_stand_on_a_line_and_names_may_have_blanks() {
     );
     let faces =
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\nusemtl gone\n";
-    for (line, red) in [("a.mtl b.mtl", 0.8), ("c d.mtl", 0.2)] {
+    for (line, red) in [
+        ("a.mtl b.mtl", 0.8),
+        ("c d.mtl", 0.2),
+        ("\"c d.mtl\"", 0.2),
+        ("\"a.mtl\" \"b.mtl\"", 0.8),
+    ] {
         write("m.obj", &format!("mtllib {line}\n{faces}"));
         let (materials, notes) = materials_of(&place.path().join("m.obj")).unwrap();
         assert!(notes.is_empty(), "{notes:?}");
@@ -154,6 +159,14 @@ fn several_libraries_may_stand_on_a_line_and_names_may_have_blanks() {
         assert_eq!((found[0], found[3]), (red, red));
         assert_eq!(materials.len(), 2, "nothing has the third");
     }
+}
+
+#[test]
+fn names_of_textures_may_stand_in_quotes() {
+    let (materials, notes) = parsed("newmtl a\nmap_Kd -s 2 2 \"t\\x y.png\"\n");
+    assert!(notes.is_empty(), "{notes:?}");
+    let map = materials[0].diffuse_map.as_ref().unwrap();
+    assert!(map.file.ends_with("t/x y.png"), "{}", map.file.display());
 }
 
 #[test]
