@@ -104,7 +104,8 @@ impl Incident {
         self.cones.is_empty()
     }
 
-    /// Makes the directions, mirrored at the surface where `turn` is −1. Above is where z is positive after that.
+    /// Makes the directions, mirrored at the surface where `turn` is −1. Above is where z is positive after that. Once for the
+    /// light that was added: where it is renormalised, the power of cones changes.
     #[inline(always)]
     fn spread(&mut self, turn: f32) {
         self.directions.make_room();
