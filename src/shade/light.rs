@@ -1,15 +1,16 @@
 //! Choosing a light: emitting triangles, points, parallel light and the environment.
 
-mod batch;
 mod emit;
 mod even;
 mod guide;
 mod place;
 mod point;
+mod tile;
 
 pub use emit::{Emitted, Source};
 pub use even::EvenLights;
 pub use place::{Arriving, ChosenPlace, LightPlace, Unshadowed};
+pub use tile::{LANES, Lanes, LightTile, Sent};
 
 use glam::Vec3;
 
@@ -52,6 +53,8 @@ struct EmittingTriangle {
 /// A point of an emitting triangle that shines to a position.
 struct FacingPoint {
     point: Vec3,
+    /// Unit, of its triangle.
+    normal: Vec3,
     /// Unit, towards it.
     direction: Vec3,
     /// Density per steradian of a choice among all lights.
@@ -75,14 +78,21 @@ impl EmittingTriangle {
 
     /// The point at a place in [0, 1)², unless it does not shine to a position.
     fn facing(&self, position: Vec3, at: [f32; 2]) -> Option<FacingPoint> {
-        let point = self.point(at);
+        FacingPoint::of(self.point(at), self.normal, self.pdf_area, position)
+    }
+}
+
+impl FacingPoint {
+    /// A point of a triangle with this normal, selected with this density per unit area, as seen from a position.
+    fn of(point: Vec3, normal: Vec3, pdf_area: f32, position: Vec3) -> Option<Self> {
         let towards = point - position;
         let distance2 = towards.length_squared();
         let direction = towards.try_normalize()?;
-        let cos = -direction.dot(self.normal);
-        let pdf_sr = self.pdf_area * distance2 / cos;
-        (cos > 0.0 && pdf_sr.is_finite() && pdf_sr > 0.0).then_some(FacingPoint {
+        let cos = -direction.dot(normal);
+        let pdf_sr = pdf_area * distance2 / cos;
+        (cos > 0.0 && pdf_sr.is_finite() && pdf_sr > 0.0).then_some(Self {
             point,
+            normal,
             direction,
             pdf_sr,
         })
@@ -223,24 +233,25 @@ impl<'a> Lights<'a> {
         from: &Interaction,
         place: [f32; 2],
     ) -> Option<LightSample> {
-        let FacingPoint {
-            point,
-            direction,
-            pdf_sr,
-        } = light.facing(from.position, place)?;
-        let start = self.spawn(from, direction).origin;
-        let end = offset_origin(point, light.normal, self.scene.diagonal);
+        let facing = light.facing(from.position, place)?;
+        Some(LightSample {
+            direction: facing.direction,
+            radiance: light.emission,
+            pdf_sr: facing.pdf_sr,
+            delta: false,
+            shadow_ray: self.shadow_ray(from, &facing)?,
+        })
+    }
+
+    /// The ray from a surface to a point of an emitting triangle.
+    fn shadow_ray(&self, from: &Interaction, to: &FacingPoint) -> Option<Ray> {
+        let start = self.spawn(from, to.direction).origin;
+        let end = offset_origin(to.point, to.normal, self.scene.diagonal);
         let way = end - start;
         let length = way.length();
-        Some(LightSample {
-            direction,
-            radiance: light.emission,
-            pdf_sr,
-            delta: false,
-            shadow_ray: Ray {
-                t_max: length * (1.0 - 1e-6),
-                ..Ray::new(start, way.try_normalize()?)
-            },
+        Some(Ray {
+            t_max: length * (1.0 - 1e-6),
+            ..Ray::new(start, way.try_normalize()?)
         })
     }
 

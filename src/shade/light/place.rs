@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::{FacingPoint, Lights, pick};
+use super::{Lights, pick};
 use crate::sample::Rng;
 use crate::shade::surface::Interaction;
 use crate::trace::Ray;
@@ -99,21 +99,43 @@ impl Lights<'_> {
 
     /// The direction and the irradiance of [`Lights::arriving`], which take less than the shadow ray.
     pub fn unshadowed(&self, place: &LightPlace, from: &Interaction) -> Option<Unshadowed> {
-        let LightPlace::Triangle(number, at) = *place else {
-            let arriving = self.arriving(place, from)?;
-            return Some(Unshadowed {
-                direction: arriving.direction,
-                irradiance: arriving.irradiance,
-            });
+        match *place {
+            LightPlace::Triangle(number, at) => {
+                let shape = *self.scene.triangle_shape.get(number as usize)?;
+                let light = self.triangle_of_shape(shape, number)?;
+                let facing = light.facing(from.position, at)?;
+                Some(Unshadowed {
+                    direction: facing.direction,
+                    irradiance: light.emission * (light.pdf_area / facing.pdf_sr),
+                })
+            }
+            LightPlace::Point(_) => {
+                let arriving = self.arriving(place, from)?;
+                Some(Unshadowed {
+                    direction: arriving.direction,
+                    irradiance: arriving.irradiance,
+                })
+            }
+            LightPlace::Parallel(_) | LightPlace::Environment(_) => self.distant(place),
+        }
+    }
+
+    /// What a place at infinity sends to any surface; `None` of other places.
+    pub(super) fn distant(&self, place: &LightPlace) -> Option<Unshadowed> {
+        let (direction, irradiance) = match *place {
+            LightPlace::Parallel(index) => {
+                let (travel, irradiance) = *self.scene.directional_lights.get(index as usize)?;
+                (-travel.try_normalize()?, irradiance)
+            }
+            LightPlace::Environment(at) => {
+                let sample = self.scene.environment.as_ref()?.sample(at.map(f64::from))?;
+                (sample.direction, sample.radiance)
+            }
+            LightPlace::Triangle(..) | LightPlace::Point(_) => return None,
         };
-        let shape = *self.scene.triangle_shape.get(number as usize)?;
-        let light = self.triangle_of_shape(shape, number)?;
-        let FacingPoint {
-            direction, pdf_sr, ..
-        } = light.facing(from.position, at)?;
         Some(Unshadowed {
             direction,
-            irradiance: light.emission * (light.pdf_area / pdf_sr),
+            irradiance: irradiance.into(),
         })
     }
 

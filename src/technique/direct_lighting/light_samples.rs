@@ -17,7 +17,7 @@ use super::sight::{Sight, surface};
 use crate::entry::{About, Bias, parameters};
 use crate::image::luminance;
 use crate::sample::Rng;
-use crate::shade::{Arriving, EvenLights, Interaction, Unshadowed};
+use crate::shade::{Arriving, EvenLights, Interaction, Sent};
 use crate::technique::radiance::viewer_key;
 use crate::trace::{Caster, RayCounter};
 
@@ -83,6 +83,7 @@ impl LightSamples {
                 even: EvenLights::new(shot.paths.lights()),
                 selection: self.parameters.selection,
                 candidates: self.parameters.candidates,
+                presampled: Vec::new(),
             },
             count: self.parameters.rays,
             seed: self.terms.seed,
@@ -128,8 +129,8 @@ impl ShadingFunction for Lit<'_> {
 impl Lit<'_> {
     /// Light that a surface scatters to the camera: the mean of all samples.
     fn scattered(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
-        let adds = |light: &Unshadowed| {
-            luminance((at.evaluate(light.direction) * light.irradiance).into())
+        let adds = |sent: &Sent| {
+            sent.each(|light| luminance((at.evaluate(light.direction) * light.irradiance).into()))
         };
         let samples = self.selecting.samples(at, self.count, rng, adds);
         let one = |light: Selected| {

@@ -1,9 +1,11 @@
 //! Which lights are sampled at a surface, and where.
 
+use rayon::prelude::*;
+
 use crate::entry::words;
 use crate::sample::Rng;
 use crate::shade::{
-    Arriving, ChosenPlace, EvenLights, Interaction, LightPlace, Lights, Unshadowed,
+    Arriving, ChosenPlace, EvenLights, Interaction, LANES, Lanes, LightTile, Lights, Sent,
 };
 
 words! {
@@ -28,6 +30,17 @@ pub(crate) struct Selecting<'a> {
     pub selection: Selection,
     /// Of each sample, for [`Selection::Product`].
     pub candidates: u32,
+    /// Candidates that were drawn before, for as many samples as they are told to serve; other numbers of samples draw their
+    /// own.
+    pub presampled: Vec<Presampled>,
+}
+
+/// Candidates that are drawn once for many surfaces.
+pub(crate) struct Presampled {
+    /// Samples of a surface that a tile serves.
+    pub samples: u32,
+    /// One of them, at random, serves a surface.
+    pub tiles: Vec<LightTile>,
 }
 
 /// A light sample, before it is known whether it reaches its surface.
@@ -39,16 +52,22 @@ pub(crate) struct Selected {
 
 /// Candidates that are held at once, unless a single sample has more of its own.
 const POOL: u32 = 1024;
+/// Tiles of candidates that surfaces share: neighbours seldom have the same one.
+const TILES: u64 = 1024;
+/// Candidates of a tile that is worth sharing: larger ones are drawn anew for each surface.
+const LARGEST_SHARED: u32 = 256;
+/// Keys the random numbers of shared candidates.
+const STREAM: u64 = 0x7469_6c65_7320;
 
 impl Selecting<'_> {
-    /// The light samples of a surface, `count` with those left out that add nothing. `adds` is what a sample adds without
+    /// The light samples of a surface, `count` with those left out that add nothing. `adds` is what samples add without
     /// shadows, as luminance up to a factor.
     pub fn samples(
         &self,
         at: &Interaction,
         count: u32,
         rng: &mut Rng,
-        adds: impl Fn(&Unshadowed) -> f32,
+        adds: impl Fn(&Sent) -> Lanes,
     ) -> Vec<Selected> {
         let lights = self.lights;
         match self.selection {
@@ -65,11 +84,38 @@ impl Selecting<'_> {
                 let group = (POOL / self.candidates).max(1);
                 for first in (0..count).step_by(group as usize) {
                     let count = group.min(count - first);
-                    self.resample(at, count, rng, &adds, &mut selected);
+                    let of_count = |presampled: &&Presampled| presampled.samples == count;
+                    let drawn;
+                    let tile = match self.presampled.iter().find(of_count) {
+                        Some(Presampled { tiles, .. }) => &tiles[rng.below(tiles.len())],
+                        None => {
+                            drawn = self.tile(count, rng);
+                            &drawn
+                        }
+                    };
+                    self.resample(at, count, tile, rng, &adds, &mut selected);
                 }
                 selected
             }
         }
+    }
+
+    /// Draws candidates that many surfaces share, for surfaces of so many samples; `seed` and `frame` key them.
+    pub fn presample(&mut self, samples: &[u32], [seed, frame]: [u64; 2]) {
+        let is_small = |samples: &&u32| samples.saturating_mul(self.candidates) <= LARGEST_SHARED;
+        for &samples in samples.iter().filter(is_small) {
+            let one = |number| {
+                let rng = &mut Rng::new(seed, STREAM ^ u64::from(samples), number, frame);
+                self.tile(samples, rng)
+            };
+            let tiles = (0..TILES).into_par_iter().map(one).collect();
+            self.presampled.push(Presampled { samples, tiles });
+        }
+    }
+
+    /// Draws candidates for a surface of `count` samples.
+    fn tile(&self, count: u32, rng: &mut Rng) -> LightTile {
+        LightTile::new(self.lights, (count * self.candidates) as usize, rng)
     }
 
     /// Samples at places that are chosen one after another, each for one of evenly spaced numbers.
@@ -101,39 +147,42 @@ impl Selecting<'_> {
         &self,
         at: &Interaction,
         count: u32,
+        tile: &LightTile,
         rng: &mut Rng,
-        adds: &impl Fn(&Unshadowed) -> f32,
+        adds: &impl Fn(&Sent) -> Lanes,
         selected: &mut Vec<Selected>,
     ) {
-        let all = count * self.candidates;
-        let offset = rng.next_f64();
-        let mut pool = Vec::with_capacity(all as usize);
+        let mut pool = Vec::with_capacity(tile.count());
         let mut sum = 0.0;
-        let choices = (0..all).map(|number| even(number, offset, all));
-        // Most candidates are not taken: their shadow rays are left out.
-        self.lights
-            .each_unshadowed(choices, rng, at, |chosen, light| {
-                let ChosenPlace { place, density } = chosen;
-                let added = adds(&light);
+        let mut sent = Sent::default();
+        for (first, part) in (0..).step_by(LANES).zip(tile.parts()) {
+            part.send(self.lights, at, &mut sent);
+            let added = adds(&sent);
+            for (number, (&added, &density)) in (first..).zip(added.iter().zip(part.density())) {
+                if added == 0.0 {
+                    continue;
+                }
                 let weight = f64::from(added / density);
-                if added != 0.0 && !weight.is_finite() {
+                if !weight.is_finite() {
                     let density = f32::NAN;
-                    let arriving = self.lights.arriving(&place, at);
+                    let arriving = tile.arriving(number, self.lights, at);
                     selected.extend(arriving.map(|arriving| Selected { arriving, density }));
                 } else if weight > 0.0 {
                     sum += weight;
-                    pool.push(Candidate { place, added, sum });
+                    pool.push(Candidate { number, added, sum });
                 }
-            });
+            }
+        }
         let offset = rng.next_f64();
+        // Most candidates are not taken: their shadow rays are left out.
+        let mut candidates = pool.iter().peekable();
         for number in 0..count {
             let place = sum * even(number, offset, count);
-            let index = pool.partition_point(|candidate| candidate.sum <= place);
-            let taken = pool.get(index).or(pool.last());
-            if let Some(taken) = taken
-                && let Some(arriving) = self.lights.arriving(&taken.place, at)
+            while candidates.next_if(|c| c.sum <= place).is_some() {}
+            if let Some(taken) = candidates.peek().copied().or(pool.last())
+                && let Some(arriving) = tile.arriving(taken.number, self.lights, at)
             {
-                let density = (f64::from(taken.added) * f64::from(all) / sum) as f32;
+                let density = (f64::from(taken.added) * tile.count() as f64 / sum) as f32;
                 selected.push(Selected { arriving, density });
             }
         }
@@ -142,7 +191,8 @@ impl Selecting<'_> {
 
 /// A light sample that may be taken.
 struct Candidate {
-    place: LightPlace,
+    /// In its tile.
+    number: usize,
     /// What it adds without shadows.
     added: f32,
     /// Of this over density, of all up to this one.

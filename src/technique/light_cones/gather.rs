@@ -8,7 +8,7 @@ use crate::cache::cones::{Cone, EdgeTest, Entry, MOST_CONES, Storage, Update, We
 use crate::cache::surface::{BLOCK_TEXELS, Block, Blocks};
 use crate::image::luminance;
 use crate::sample::{Frame, Rng};
-use crate::shade::{Interaction, Unshadowed};
+use crate::shade::{Interaction, Sent};
 use crate::technique::Shot;
 use crate::technique::direct_lighting::selection::{Selected, Selecting};
 use crate::trace::{Caster, Hit, RayCounter};
@@ -132,8 +132,7 @@ impl Gathering<'_> {
         };
         let mut update = Update::of(entry, &self.parameters.rules, samples);
         let cosine = |direction: Vec3| direction.dot(texel.normal).max(0.0);
-        let adds =
-            |light: &Unshadowed| cosine(light.direction) * luminance(light.irradiance.into());
+        let adds = |sent: &Sent| sent.received(texel.normal);
         let selected = self.selecting.samples(&texel.at, samples, rng, adds);
         for Selected { arriving, density } in selected {
             if cosine(arriving.direction) == 0.0 || arriving.irradiance == Vec3::ZERO {

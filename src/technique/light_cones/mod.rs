@@ -11,9 +11,10 @@
 //! *Differs:* light is integrated over solid angle (the paper's sum says nothing of it); small cones without light are
 //! not removed but fade; where cones are merged or widened, the widening is weighed by the light that it spreads, and the
 //! narrowest cone around a sample takes it, so that the sun is not lost in the sky (`rules`); lights are chosen
-//! by what they would add without shadows; an entry counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a
-//! turn of a cone, which lowers the count, brings the rays back; so does a change of the scene (`motion`). In texels of a
-//! shape that turns, cones turn with it (`orientation`).
+//! by what they would add without shadows, among candidates of which each frame draws 1024 sets for all texels; an entry
+//! counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which
+//! lowers the count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones
+//! turn with it (`orientation`).
 
 mod charts;
 mod cut_off;
@@ -39,7 +40,7 @@ use crate::cache::cones::Storage;
 use crate::cache::surface::{Asked, Blocks, Grid, Limits, Requests};
 use crate::entry::{About, Bias};
 use crate::shade::EvenLights;
-use crate::technique::direct_lighting::selection::Selecting;
+use crate::technique::direct_lighting::selection::{Selecting, Selection};
 use crate::technique::truth::Truth;
 use crate::technique::{Contender, ContenderEntry, Rendered, Shot, Terms};
 use crate::trace::RayCounter;
@@ -53,7 +54,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 4,
+        version: 5,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
@@ -184,17 +185,11 @@ impl LightCones {
         rendered: &mut Rendered,
     ) -> Updated {
         let (shot, _) = seen[0];
-        let lights = shot.paths.lights();
         let gathering = Gathering {
             shot,
             parameters: &self.parameters,
             storage: self.storage(),
-            selecting: Selecting {
-                lights,
-                even: EvenLights::new(lights),
-                selection: self.parameters.selection,
-                candidates: self.parameters.candidates,
-            },
+            selecting: rendered.stages.time("update", || self.selecting(shot)),
             samples: self.terms.budget as u32,
             seed: self.terms.seed,
             restless: self.parameters.motion == Motion::Scene
@@ -234,6 +229,25 @@ impl LightCones {
             reused,
             tally,
         }
+    }
+
+    /// How lights are chosen in a frame; candidates are drawn once for all texels.
+    fn selecting<'s>(&self, shot: &'s Shot) -> Selecting<'s> {
+        let lights = shot.paths.lights();
+        let mut selecting = Selecting {
+            lights,
+            even: EvenLights::new(lights),
+            selection: self.parameters.selection,
+            candidates: self.parameters.candidates,
+            presampled: Vec::new(),
+        };
+        let samples = self.terms.budget as u32;
+        let calm = self.parameters.calm_samples;
+        if self.parameters.selection == Selection::Product {
+            let keys = [self.terms.seed, u64::from(shot.frame)];
+            selecting.presample(&[samples, calm], keys);
+        }
+        selecting
     }
 
     /// Makes an image of the texels.

@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::image::luminance;
-use crate::shade::{Arriving, Interaction, LightPlace};
+use crate::shade::{Arriving, Interaction, LightPlace, Unshadowed};
 use crate::technique::Shot;
 use crate::trace::{Caster, Hit};
 
@@ -70,7 +70,14 @@ impl<'a> Receiver<'a> {
 
     /// p̂: what selects samples, the luminance of [`Receiver::scattered`]. 0 where that is not finite.
     pub fn target(&self, place: &LightPlace) -> f32 {
-        self.scattered(place).map_or(0.0, |(rgb, _)| target_of(rgb))
+        let light = self.shot.paths.lights().unshadowed(place, &self.at);
+        light.map_or(
+            0.0,
+            |Unshadowed {
+                 direction,
+                 irradiance,
+             }| { target_of(self.at.evaluate(direction) * irradiance) },
+        )
     }
 
     /// The target, 0 in shadow.

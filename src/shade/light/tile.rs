@@ -1,0 +1,334 @@
+//! Many places on lights at once, and what they send to surfaces: loops that processors work through many at a time.
+//! One tile may serve many surfaces (presampled lights: Wyman and Panteleev, "Rearchitecting Spatiotemporal Resampling for
+//! Production", 2021).
+
+use glam::Vec3;
+use multiversion::multiversion;
+
+use super::{Arriving, ChosenPlace, FacingPoint, LightPlace, Lights, Unshadowed};
+use crate::image::luminance;
+use crate::sample::Rng;
+use crate::shade::surface::Interaction;
+
+/// Places that are worked on together.
+pub const LANES: usize = 32;
+/// A number of each of them.
+pub type Lanes = [f32; LANES];
+/// A vector of each of them, one array a coordinate.
+type VectorLanes = [Lanes; 3];
+
+/// Places on lights that were selected at random, evenly spaced over all lights by power.
+pub struct LightTile {
+    count: usize,
+    parts: Vec<TilePart>,
+}
+
+/// Up to [`LANES`] places of a tile.
+pub struct TilePart {
+    places: [LightPlace; LANES],
+    /// Density over places with which each was selected; zero where there is none.
+    density: Lanes,
+    /// Points of emitting triangles.
+    points: VectorLanes,
+    normals: VectorLanes,
+    /// Radiance of emitting triangles; zero of other lights.
+    emission: VectorLanes,
+    /// What places at infinity send, whatever the surface.
+    distant: Vec<(usize, Unshadowed)>,
+    /// Point and spot lights.
+    point_lights: Vec<usize>,
+}
+
+/// What the places of a part send to a surface, as [`Unshadowed`]; no irradiance where a place cannot reach it.
+pub struct Sent {
+    directions: VectorLanes,
+    irradiance: VectorLanes,
+}
+
+impl LightTile {
+    /// Selects `count` places: for each of as many evenly spaced numbers, with one random offset, as [`Lights::choose`] does.
+    pub fn new(lights: &Lights, count: usize, rng: &mut Rng) -> Self {
+        let mut parts: Vec<TilePart> = Vec::with_capacity(count.div_ceil(LANES));
+        if lights.is_dark() {
+            return Self { count: 0, parts };
+        }
+        let offset = rng.next_f64();
+        for number in 0..count {
+            let lane = number % LANES;
+            if lane == 0 {
+                parts.push(TilePart::default());
+            }
+            let choice = (number as f64 + offset) / count as f64;
+            let at = [rng.next_f32(), rng.next_f32()];
+            let part = parts.last_mut().expect("one was pushed");
+            part.select(lane, lights, choice, at);
+        }
+        Self { count, parts }
+    }
+
+    /// How many places there are; none where nothing shines.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The places, [`LANES`] in each part, without density behind the last one.
+    pub fn parts(&self) -> &[TilePart] {
+        &self.parts
+    }
+
+    /// What place `number` sends to a surface: [`Lights::arriving`].
+    pub fn arriving(&self, number: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
+        self.parts[number / LANES].arriving(number % LANES, lights, from)
+    }
+}
+
+impl Default for TilePart {
+    fn default() -> Self {
+        Self {
+            places: [LightPlace::Point(u32::MAX); LANES],
+            density: [0.0; LANES],
+            points: [[0.0; LANES]; 3],
+            normals: [[0.0; LANES]; 3],
+            emission: [[0.0; LANES]; 3],
+            distant: Vec::new(),
+            point_lights: Vec::new(),
+        }
+    }
+}
+
+impl Default for Sent {
+    fn default() -> Self {
+        Self {
+            directions: [[0.0; LANES]; 3],
+            irradiance: [[0.0; LANES]; 3],
+        }
+    }
+}
+
+fn set(lanes: &mut VectorLanes, lane: usize, value: Vec3) {
+    for axis in 0..3 {
+        lanes[axis][lane] = value[axis];
+    }
+}
+
+fn get([x, y, z]: &VectorLanes, lane: usize) -> Vec3 {
+    Vec3::new(x[lane], y[lane], z[lane])
+}
+
+impl TilePart {
+    fn select(&mut self, lane: usize, lights: &Lights, choice: f64, at: [f32; 2]) {
+        let chosen = if let Some(light) = lights.triangle_for(choice) {
+            set(&mut self.points, lane, light.point(at));
+            set(&mut self.normals, lane, light.normal);
+            set(&mut self.emission, lane, light.emission);
+            light.chosen(at)
+        } else if let Some(chosen) = lights.choose_at(choice, at) {
+            match lights.distant(&chosen.place) {
+                Some(light) => self.distant.push((lane, light)),
+                None => self.point_lights.push(lane),
+            }
+            chosen
+        } else {
+            return;
+        };
+        let ChosenPlace { place, density } = chosen;
+        self.places[lane] = place;
+        self.density[lane] = density;
+    }
+
+    /// Densities over places with which they were selected.
+    pub fn density(&self) -> &Lanes {
+        &self.density
+    }
+
+    /// What the places send to a surface.
+    pub fn send(&self, lights: &Lights, from: &Interaction, sent: &mut Sent) {
+        send(self, from.position, sent);
+        let near = |lane: &usize| Some((*lane, lights.unshadowed(&self.places[*lane], from)?));
+        let others = self.distant.iter().copied();
+        for (lane, light) in others.chain(self.point_lights.iter().filter_map(near)) {
+            set(&mut sent.directions, lane, light.direction);
+            set(&mut sent.irradiance, lane, light.irradiance);
+        }
+    }
+
+    fn arriving(&self, lane: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
+        if !matches!(self.places[lane], LightPlace::Triangle(..)) {
+            return lights.arriving(&self.places[lane], from);
+        }
+        let [point, normal] = [&self.points, &self.normals].map(|lanes| get(lanes, lane));
+        let facing = FacingPoint::of(point, normal, self.density[lane], from.position)?;
+        Some(Arriving {
+            direction: facing.direction,
+            irradiance: get(&self.emission, lane) * (self.density[lane] / facing.pdf_sr),
+            shadow_ray: lights.shadow_ray(from, &facing)?,
+        })
+    }
+}
+
+impl Sent {
+    /// What one of the places sends.
+    pub fn at(&self, lane: usize) -> Unshadowed {
+        Unshadowed {
+            direction: get(&self.directions, lane),
+            irradiance: get(&self.irradiance, lane),
+        }
+    }
+
+    /// A number of each place that sends light, zero of the others.
+    pub fn each(&self, number: impl Fn(&Unshadowed) -> f32) -> Lanes {
+        let mut numbers = [0.0; LANES];
+        for (lane, found) in numbers.iter_mut().enumerate() {
+            let light = self.at(lane);
+            if light.irradiance != Vec3::ZERO {
+                *found = number(&light);
+            }
+        }
+        numbers
+    }
+
+    /// Luminance of the irradiance of a surface with this normal.
+    pub fn received(&self, normal: Vec3) -> Lanes {
+        let mut received = [0.0; LANES];
+        receive(self, normal, &mut received);
+        received
+    }
+}
+
+/// `FacingPoint::of` of all triangles, and what they send.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn send(part: &TilePart, position: Vec3, sent: &mut Sent) {
+    let [px, py, pz] = &part.points;
+    let [nx, ny, nz] = &part.normals;
+    let [red, green, blue] = &part.emission;
+    let [dx, dy, dz] = &mut sent.directions;
+    let [to_red, to_green, to_blue] = &mut sent.irradiance;
+    for lane in 0..LANES {
+        let x = px[lane] - position.x;
+        let y = py[lane] - position.y;
+        let z = pz[lane] - position.z;
+        let distance2 = x * x + y * y + z * z;
+        let inverse = 1.0 / distance2.sqrt();
+        let (x, y, z) = (x * inverse, y * inverse, z * inverse);
+        let cos = -(x * nx[lane] + y * ny[lane] + z * nz[lane]);
+        let pdf_sr = part.density[lane] * distance2 / cos;
+        let reaches = (cos > 0.0)
+            & (pdf_sr > 0.0)
+            & (pdf_sr < f32::INFINITY)
+            & (inverse > 0.0)
+            & (inverse < f32::INFINITY);
+        let factor = part.density[lane] / pdf_sr;
+        (dx[lane], dy[lane], dz[lane]) = (x, y, z);
+        to_red[lane] = if reaches { red[lane] * factor } else { 0.0 };
+        to_green[lane] = if reaches { green[lane] * factor } else { 0.0 };
+        to_blue[lane] = if reaches { blue[lane] * factor } else { 0.0 };
+    }
+}
+
+/// [`Sent::received`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn receive(sent: &Sent, normal: Vec3, received: &mut Lanes) {
+    let [x, y, z] = &sent.directions;
+    let [red, green, blue] = &sent.irradiance;
+    for lane in 0..LANES {
+        let cosine = x[lane] * normal.x + y[lane] * normal.y + z[lane] * normal.z;
+        let light = luminance([red[lane], green[lane], blue[lane]]);
+        // Not `max`: a direction that is not a number receives nothing.
+        received[lane] = if cosine > 0.0 { light * cosine } else { 0.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec3};
+
+    use super::*;
+    use crate::environment::EnvironmentDescription;
+    use crate::scene::{
+        LightKind, Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
+    };
+    use crate::shade::PathTracer;
+    use crate::trace::{Hit, Tracer};
+
+    /// A floor under a round lamp, a point light, parallel light and a sky.
+    fn scene() -> Scene {
+        let mut floor = ShapeDescription::new("floor", ShapeSource::Rectangle);
+        floor.to_world = DMat4::from_scale(DVec3::splat(4.0));
+        let ball = ShapeSource::Sphere {
+            centre: DVec3::new(0.5, 0.2, 1.0),
+            radius: 0.3,
+        };
+        let mut lamp = ShapeDescription::new("lamp", ball);
+        lamp.emission = Some([20.0, 15.0, 10.0]);
+        let eye = [DVec3::Z * 5.0, DVec3::ZERO, DVec3::Y];
+        let lights = [
+            LightKind::Point {
+                position: DVec3::new(-1.0, 0.0, 1.0),
+                intensity: [2.0; 3],
+            },
+            LightKind::Directional {
+                direction: DVec3::NEG_Z,
+                irradiance: [1.0; 3],
+            },
+        ];
+        let description = SceneDescription {
+            views: vec![View::look_at("v", eye, 60.0, [8, 8])],
+            materials: vec![Material::diffuse("grey", [0.5; 3])],
+            shapes: vec![floor, lamp],
+            lights: lights.into_iter().map(Into::into).collect(),
+            environment: Some(EnvironmentDescription::Constant {
+                radiance: [0.3, 0.4, 0.5],
+            }),
+            ..SceneDescription::default()
+        };
+        Scene::build(&description, Needs::ALL).expect("a scene")
+    }
+
+    #[test]
+    fn a_tile_is_one_place_after_another_bit_for_bit() {
+        let scene = scene();
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let paths = PathTracer::new(&scene, &tracer);
+        let lights = paths.lights();
+        let show = |found: &dyn std::fmt::Debug| format!("{found:?}");
+        for (place, count) in [(0.1, 100), (0.4, LANES), (0.7, 1), (0.2, 0)] {
+            let hit = Hit {
+                t: 1.0,
+                u: place,
+                v: 0.2,
+                triangle: 0,
+            };
+            let at = paths.surfaces().interact(&hit, Vec3::NEG_Z);
+            let tile = LightTile::new(lights, count, &mut Rng::new(7, 0, 0, 0));
+            assert_eq!(tile.count(), count);
+            assert_eq!(tile.parts().len(), count.div_ceil(LANES));
+            let mut rng = Rng::new(7, 0, 0, 0);
+            let offset = rng.next_f64();
+            let (mut sent, mut lit) = (Sent::default(), 0);
+            for number in 0..count {
+                let choice = (number as f64 + offset) / count as f64;
+                let chosen = lights.choose(choice, &mut rng).expect("something shines");
+                let (part, lane) = (&tile.parts()[number / LANES], number % LANES);
+                part.send(lights, &at, &mut sent);
+                let found = Some(sent.at(lane)).filter(|light| light.irradiance != Vec3::ZERO);
+                let expected = lights.unshadowed(&chosen.place, &at);
+                assert_eq!(show(&found), show(&expected));
+                assert_eq!(part.density()[lane], chosen.density);
+                let expected = lights.arriving(&chosen.place, &at);
+                assert_eq!(show(&tile.arriving(number, lights, &at)), show(&expected));
+                let is_triangle = matches!(chosen.place, LightPlace::Triangle(..));
+                lit += u32::from(is_triangle && found.is_some());
+                let normal = Vec3::new(0.6, 0.0, 0.8);
+                let received = sent.received(normal)[lane];
+                let expected = sent.each(|light| {
+                    let cosine = light.direction.dot(normal).max(0.0);
+                    cosine * luminance(light.irradiance.into())
+                })[lane];
+                assert!((received - expected).abs() <= 1e-6 * expected, "{received}");
+            }
+            let density = tile.parts().iter().flat_map(|part| part.density());
+            assert_eq!(density.filter(|density| **density > 0.0).count(), count);
+            assert!(count < 100 || (5..60).contains(&lit), "{lit}");
+        }
+    }
+}
