@@ -5,7 +5,7 @@
     scripts/publish.py RESULTS RUN.log NAME "Title" "the command, as it was given" [--together]
         [--frames 1-6 "a lamp swings"] …
 
-RESULTS is the folder of the run and RUN.log what it printed. NAME.md is written; add it to the list of
+RESULTS is the folder of the run, of a suite with a folder for each of its members, and RUN.log what it printed. NAME.md is written; add it to the list of
 docs/results.md, which a test compares with the folder. With `--together`, for runs of many scenes, tables keep the
 columns over all scenes, and those without any are left out. With `--frames`, for a sequence of one job, a table of the
 means over these frames is added: rays, and processor seconds by stage.
@@ -59,6 +59,14 @@ def trimmed(body: str) -> str:
     return "\n\n".join(blocks)
 
 
+def members(printed: str) -> dict[str, str]:
+    """What was printed of each member of a suite, by the names of their folders; nothing of a single experiment."""
+    *parts, last = re.split(r"^results: (.*)$", printed, flags=re.MULTILINE)
+    if "\nsuite: " not in last:
+        return {}
+    return {Path(folder).name: part for part, folder in zip(parts[::2], parts[1::2])}
+
+
 def of_frames(results: str, asked: list[list[str]]) -> list[str]:
     """A table of the rays and processor seconds of frames of the only job there is."""
     (path,) = Path(results, "jobs").glob("*/frames.csv")
@@ -93,15 +101,22 @@ def main() -> None:
     said = "; of its tables here are the columns over all scenes together." if asked.together else ""
     page = [f"# {asked.title}", "", f"`lightbench {asked.command}`{said}", ""]
     printed = Path(asked.log).read_text()
-    verdicts = claims(printed)
-    if verdicts:
-        page += ["## Claims", "", *verdicts, ""]
-    tables = list(Path(asked.results, "tables").glob("*.md"))
-    # In the order in which they were printed, by their titles.
-    text = {path: path.read_text().rstrip("\n") for path in tables}
-    title_of = {path: body.partition("\n")[0].lstrip("# ") for path, body in text.items()}
-    for path in sorted(tables, key=lambda path: printed.find("\n" + title_of[path] + "\n")):
-        page += ["#" + (trimmed(text[path]) if asked.together else text[path]), ""]
+    parts = members(printed) or {"": printed}
+    verdicts = {name: claims(part) for name, part in parts.items()}
+    if any(verdicts.values()):
+        page += ["## Claims", ""]
+    for name, lines in verdicts.items():
+        page += [f"### {name}", ""] if name and lines else []
+        page += [*lines, ""] if lines else []
+    for name, part in parts.items():
+        # In the order in which they were printed, by their titles.
+        tables = [path.read_text().rstrip("\n") for path in Path(asked.results, name, "tables").glob("*.md")]
+        title_of = {text: text.partition("\n")[0].lstrip("# ") for text in tables}
+        for text in sorted(tables, key=lambda text: part.find("\n" + title_of[text] + "\n")):
+            body = trimmed(text) if asked.together else text
+            title, _, rest = body.partition("\n")
+            heading = f"{name}: {title_of[text]}" if name else title_of[text]
+            page += [f"## {heading}\n{rest}", ""]
     if asked.frames:
         page += of_frames(asked.results, asked.frames)
     target = Path(__file__).parent.parent / "results" / "published" / f"{asked.name}.md"
