@@ -288,17 +288,21 @@ pub fn shows_method(spec: &FigureSpec, label: &str) -> bool {
     spec.methods.is_empty() || spec.methods.iter().any(|m| m == label)
 }
 
+/// The methods of a figure of pictures, in the order that it asks for them.
 fn shown<'a>(
     data: &'a Data,
     spec: &FigureSpec,
     pictures: &'a [Option<Pictures>],
 ) -> Vec<Shown<'a, 'a>> {
-    data.labels()
+    let mut shown: Vec<Shown> = data
+        .labels()
         .iter()
         .zip(pictures)
         .filter(|(label, _)| shows_method(spec, label))
         .map(|(label, pictures)| (label.as_str(), pictures.as_ref()))
-        .collect()
+        .collect();
+    shown.sort_by_key(|(label, _)| spec.methods.iter().position(|asked| asked == label));
+    shown
 }
 
 /// Which picture of a sequence stands for it, after a comma; nothing for a still.
