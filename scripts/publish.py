@@ -5,10 +5,10 @@
     scripts/publish.py RESULTS RUN.log NAME "Title" "the command, as it was given" [--together]
         [--frames 1-6 "a lamp swings"] …
 
-RESULTS is the folder of the run, of a suite with a folder for each of its members, and RUN.log what it printed. NAME.md is written; add it to the list of
-docs/results.md, which a test compares with the folder. With `--together`, for runs of many scenes, tables keep the
-columns over all scenes, and those without any are left out. With `--frames`, for a sequence of one job, a table of the
-means over these frames is added: rays, and processor seconds by stage.
+RESULTS is the folder of the run, of a suite with a folder for each of its members, and RUN.log what it printed. NAME.md
+is written; add it to the list of docs/results.md, which a test compares with the folder. With `--together`, for runs of
+many scenes, tables keep the columns over all scenes, and those without any are left out. With `--frames`, for a sequence
+of one job, a table of the means over these frames is added: rays, and processor seconds by stage.
 """
 
 import argparse
@@ -114,7 +114,7 @@ def main() -> None:
         title_of = {text: text.partition("\n")[0].lstrip("# ") for text in tables}
         for text in sorted(tables, key=lambda text: part.find("\n" + title_of[text] + "\n")):
             body = trimmed(text) if asked.together else text
-            title, _, rest = body.partition("\n")
+            rest = body.partition("\n")[2]
             heading = f"{name}: {title_of[text]}" if name else title_of[text]
             page += [f"## {heading}\n{rest}", ""]
     if asked.frames:

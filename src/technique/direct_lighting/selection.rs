@@ -101,16 +101,16 @@ impl Selecting<'_> {
     }
 
     /// Draws candidates that many surfaces share, for surfaces of so many samples; `seed` and `frame` key them.
-    pub fn presample(&mut self, samples: &[u32], [seed, frame]: [u64; 2]) {
-        let is_small = |samples: &&u32| samples.saturating_mul(self.candidates) <= LARGEST_SHARED;
-        for &samples in samples.iter().filter(is_small) {
-            let one = |number| {
-                let rng = &mut Rng::new(seed, STREAM ^ u64::from(samples), number, frame);
-                self.tile(samples, rng)
-            };
-            let tiles = (0..TILES).into_par_iter().map(one).collect();
-            self.presampled.push(Presampled { samples, tiles });
+    pub fn presample(&mut self, samples: u32, [seed, frame]: [u64; 2]) {
+        if samples.saturating_mul(self.candidates) > LARGEST_SHARED {
+            return;
         }
+        let one = |number| {
+            let rng = &mut Rng::new(seed, STREAM ^ u64::from(samples), number, frame);
+            self.tile(samples, rng)
+        };
+        let tiles = (0..TILES).into_par_iter().map(one).collect();
+        self.presampled.push(Presampled { samples, tiles });
     }
 
     /// Draws candidates for a surface of `count` samples.

@@ -242,10 +242,13 @@ impl LightCones {
             presampled: Vec::new(),
         };
         let samples = self.terms.budget as u32;
-        let calm = self.parameters.calm_samples;
+        let calm = self.parameters.calm_samples.min(samples);
         if self.parameters.selection == Selection::Product {
             let keys = [self.terms.seed, u64::from(shot.frame)];
-            selecting.presample(&[samples, calm], keys);
+            selecting.presample(samples, keys);
+            if calm < samples {
+                selecting.presample(calm, keys);
+            }
         }
         selecting
     }
