@@ -381,6 +381,34 @@ fn pictures_come_through_pixel_by_pixel() {
 }
 
 #[test]
+fn pictures_stand_in_the_order_of_the_figures_methods() {
+    let asked = |methods: &str| {
+        let asked = r#"methods = ["IM", "VGC+DGS"]"#;
+        let (_place, folder) = complete(&EVERYTHING.replace(asked, methods));
+        write(&folder.path).expect("report");
+        let svg = folder.text("figures/asked-statues.svg");
+        let document = roxmltree::Document::parse(&svg).expect("a drawing");
+        let texts = document.descendants().filter(|n| n.has_tag_name("text"));
+        let mut labels: Vec<(f64, String)> = texts
+            .filter(|text| matches!(text.text(), Some("IM" | "VGC+DGS")))
+            .map(|text| {
+                let x = text.attribute("x").and_then(|x| x.parse().ok());
+                (x.expect("a place"), text.text().unwrap_or_default().into())
+            })
+            .collect();
+        labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let labels: Vec<String> = labels.into_iter().map(|(_, label)| label).collect();
+        labels.join(" ")
+    };
+    // The last one is shown large, before all of them.
+    assert_eq!(
+        asked(r#"methods = ["IM", "VGC+DGS"]"#),
+        "VGC+DGS IM VGC+DGS"
+    );
+    assert_eq!(asked(r#"methods = ["VGC+DGS", "IM"]"#), "IM VGC+DGS IM");
+}
+
+#[test]
 fn tables_show_means_intervals_ranks_and_the_papers_numbers() {
     let (_place, folder) = complete(EVERYTHING);
     let summary = write(&folder.path).expect("report").summary;
