@@ -8,7 +8,9 @@ use std::hint::black_box;
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use lightbench::cache::cones::{Entry, Rules, Storage, Update};
-use lightbench::cache::surface::{Blocks, Charts, Grid, Limits, Requests, Surface, surface_points};
+use lightbench::cache::surface::{
+    Blocks, Charts, Grid, Layout, Limits, Requests, Surface, surface_points,
+};
 use lightbench::sample::{Frame, Rng};
 
 /// Rings of the ball, of twice as many segments.
@@ -99,7 +101,13 @@ fn blocks(c: &mut Criterion) {
         blocks: 1 << 20,
         frames: 60,
     };
-    let mut pool = Blocks::new(limits, Storage::Full { cones: 3 }.words());
+    let mut pool = Blocks::new(
+        limits,
+        Layout {
+            texel: Storage::Full { cones: 3 }.words(),
+            block: 0,
+        },
+    );
     pool.begin(&requests, &charts, &grid);
     group.bench_function("asked for again", |b| {
         b.iter(|| pool.begin(&requests, &charts, &grid));

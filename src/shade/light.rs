@@ -9,8 +9,8 @@ mod tile;
 
 pub use emit::{Emitted, Source};
 pub use even::EvenLights;
-pub use place::{Arriving, ChosenPlace, LightPlace, Unshadowed};
-pub use tile::{LANES, Lanes, LightTile, Sent};
+pub use place::{Arriving, ChosenPlace, LIGHT_GROUPS, LightPlace, Unshadowed};
+pub use tile::{LightTile, Sent, SharedTiles, TilePart};
 
 use glam::Vec3;
 

@@ -12,8 +12,8 @@ mod walk;
 
 pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{
-    Arriving, ChosenPlace, Emitted, EvenLights, LANES, Lanes, LightPlace, LightSample, LightTile,
-    Lights, Sent, Source, Unshadowed,
+    Arriving, ChosenPlace, Emitted, EvenLights, LIGHT_GROUPS, LightPlace, LightSample, LightTile,
+    Lights, Sent, SharedTiles, Source, TilePart, Unshadowed,
 };
 pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};

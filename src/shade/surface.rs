@@ -9,8 +9,8 @@ use glam::{Vec2, Vec3};
 
 use self::blend::Met;
 use super::bsdf::{
-    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Incident, Lobes, LocalBsdf, Microfacets,
-    Model, Plastic,
+    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Incident, LANES, Lanes, Lobes, LocalBsdf,
+    Microfacets, Model, Plastic, VectorLanes, to_local,
 };
 use crate::image::luminance;
 use crate::sample::Frame;
@@ -250,11 +250,27 @@ impl Interaction<'_> {
     /// The sum of [`Interaction::evaluate`] times power over directions that are told as [`Interaction::to_local`] has them,
     /// up to rounding.
     pub fn scattered(&self, incident: &mut Incident) -> Vec3 {
-        if self.bend == 0.0 && self.frame.normal == self.shading_normal {
+        if self.is_plain() {
             return self.bsdf.scattered(self.local_view, incident);
         }
         let one = |(local, power): (Vec3, Vec3)| self.evaluate(self.frame.to_world(local)) * power;
         incident.each(self.viewer_side()).map(one).sum()
+    }
+
+    /// Luminance of [`Interaction::evaluate`] times irradiance for unit world directions, up to rounding. `None` of materials
+    /// that are evaluated one direction after another.
+    pub fn luminances(&self, directions: &VectorLanes, irradiance: &VectorLanes) -> Option<Lanes> {
+        if !self.is_plain() {
+            return None;
+        }
+        let mut local = [[0.0; LANES]; 3];
+        to_local(directions, &self.frame, &mut local);
+        self.bsdf.luminances(self.local_view, &local, irradiance)
+    }
+
+    /// Whether the material alone says what is scattered: no bump mapping and no soft terminator.
+    fn is_plain(&self) -> bool {
+        self.bend == 0.0 && self.frame.normal == self.shading_normal
     }
 
     /// Sign of z of the viewer in the frame of [`Interaction::to_local`]; 0 counts as above.

@@ -20,19 +20,36 @@ pub struct Limits {
     pub frames: u32,
 }
 
+/// Words of the contents of a block.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    /// Of each texel.
+    pub texel: usize,
+    /// Behind those of all texels, of the block as a whole.
+    pub block: usize,
+}
+
 /// Blocks that were asked for, with the contents of their texels.
 pub struct Blocks {
     limits: Limits,
-    /// Words of a texel.
-    words_per_texel: usize,
+    layout: Layout,
     slots: Vec<Slot>,
     /// Slots without a block; the last one is taken first.
     free: Vec<u32>,
     slot_of: HashMap<BlockKey, u32, BuildHasherDefault<KeyHasher>>,
-    words: Vec<u32>,
-    points: Vec<[SurfacePoint; BLOCK_TEXELS]>,
+    /// Of each slot; those of free slots serve the next block.
+    contents: Vec<Contents>,
     /// Frames so far.
     frame: u32,
+}
+
+/// What a slot holds.
+#[derive(Default)]
+struct Contents {
+    /// See [`Layout`].
+    words: Vec<u32>,
+    /// Of all texels.
+    points: Vec<SurfacePoint>,
 }
 
 /// A place for a block.
@@ -67,8 +84,8 @@ pub struct Block<'a> {
     /// Texels that are asked for.
     pub asked: u64,
     /// Where its texels lie on the surface.
-    pub points: &'a [SurfacePoint; BLOCK_TEXELS],
-    /// Contents of all texels.
+    pub points: &'a [SurfacePoint],
+    /// Contents of all texels, and behind them those of the block as a whole.
     pub words: &'a mut [u32],
 }
 
@@ -87,15 +104,14 @@ pub struct BlockMemory {
 
 impl Blocks {
     /// No block yet; all words of new ones are 0.
-    pub fn new(limits: Limits, words_per_texel: usize) -> Self {
+    pub fn new(limits: Limits, layout: Layout) -> Self {
         Self {
             limits,
-            words_per_texel,
+            layout,
             slots: Vec::new(),
             free: Vec::new(),
             slot_of: HashMap::default(),
-            words: Vec::new(),
-            points: Vec::new(),
+            contents: Vec::new(),
             frame: 0,
         }
     }
@@ -105,10 +121,16 @@ impl Blocks {
     pub fn begin(&mut self, requests: &Requests, charts: &Charts, grid: &Grid) -> Asked {
         self.frame += 1;
         self.slots.iter_mut().for_each(|slot| slot.asked = 0);
+        let requests = requests.blocks();
+        let known: Vec<Option<u32>> = requests
+            .par_iter()
+            .with_min_len(1024)
+            .map(|(key, _)| self.slot_of.get(key).copied())
+            .collect();
         let mut unknown = Vec::new();
-        for (key, mask) in requests.blocks() {
-            match self.slot_of.get(key) {
-                Some(&slot) => self.ask(slot, *mask),
+        for ((key, mask), slot) in requests.iter().zip(known) {
+            match slot {
+                Some(slot) => self.ask(slot, *mask),
                 None => unknown.push((*key, *mask)),
             }
         }
@@ -131,7 +153,7 @@ impl Blocks {
             new.push((slot, key));
         }
         asked.new = new.len() as u64;
-        self.look_up(&new, charts, grid);
+        self.fill(&new, charts, grid);
         asked
     }
 
@@ -140,11 +162,9 @@ impl Blocks {
         (slot.asked, slot.seen) = (mask, self.frame);
     }
 
-    /// A slot for a new block, with empty contents.
+    /// A slot for a new block.
     fn place(&mut self) -> Option<u32> {
-        let size = BLOCK_TEXELS * self.words_per_texel;
         if let Some(slot) = self.free.pop() {
-            self.words[slot as usize * size..][..size].fill(0);
             return Some(slot);
         }
         if self.slots.len() >= self.limits.blocks {
@@ -152,7 +172,7 @@ impl Blocks {
         }
         let slot = self.slots.len() as u32;
         self.slots.push(Slot::default());
-        self.words.resize(self.slots.len() * size, 0);
+        self.contents.push(Contents::default());
         Some(slot)
     }
 
@@ -192,17 +212,30 @@ impl Blocks {
         }
     }
 
-    /// Finds the surface points of new blocks.
-    fn look_up(&mut self, new: &[(u32, BlockKey)], charts: &Charts, grid: &Grid) {
-        let found: Vec<_> = new
-            .par_iter()
-            .map(|(_, key)| surface_points(charts, grid, *key))
-            .collect();
-        self.points
-            .resize(self.slots.len(), [SurfacePoint::NONE; BLOCK_TEXELS]);
-        for ((slot, _), points) in new.iter().zip(found) {
-            self.points[*slot as usize] = points;
+    /// Gives new blocks empty contents and their surface points.
+    fn fill(&mut self, new: &[(u32, BlockKey)], charts: &Charts, grid: &Grid) {
+        let size = self.size();
+        let contents = new
+            .iter()
+            .map(|(slot, _)| std::mem::take(&mut self.contents[*slot as usize]));
+        let mut contents: Vec<Contents> = contents.collect();
+        contents
+            .par_iter_mut()
+            .zip(new)
+            .for_each(|(contents, (_, key))| {
+                contents.words.clear();
+                contents.words.resize(size, 0);
+                contents.points.clear();
+                contents.points.extend(surface_points(charts, grid, *key));
+            });
+        for ((slot, _), contents) in new.iter().zip(contents) {
+            self.contents[*slot as usize] = contents;
         }
+    }
+
+    /// Words of a block.
+    fn size(&self) -> usize {
+        BLOCK_TEXELS * self.layout.texel + self.layout.block
     }
 
     /// Works on every block that this frame asks for; results are in the order of slots.
@@ -211,13 +244,11 @@ impl Blocks {
         start: impl Fn() -> S + Sync + Send,
         work: impl Fn(&mut S, Block) -> T + Sync + Send,
     ) -> Vec<T> {
-        let size = (BLOCK_TEXELS * self.words_per_texel).max(1);
-        self.words
-            .par_chunks_mut(size)
+        self.contents
+            .par_iter_mut()
             .zip(&self.slots)
-            .zip(&self.points)
-            .filter(|((_, slot), _)| slot.asked != 0)
-            .map_init(start, |state, ((words, slot), points)| {
+            .filter(|(_, slot)| slot.asked != 0)
+            .map_init(start, |state, (Contents { words, points }, slot)| {
                 let key = slot.key.expect("what is asked for has a block");
                 let block = Block {
                     key,
@@ -239,10 +270,10 @@ impl Blocks {
     /// Surface point and contents of a texel, if its block is there.
     pub fn texel(&self, texel: Texel) -> Option<(SurfacePoint, &[u32])> {
         let slot = *self.slot_of.get(&texel.block)? as usize;
+        let Contents { words, points } = &self.contents[slot];
         let index = texel.index as usize;
-        let start = (slot * BLOCK_TEXELS + index) * self.words_per_texel;
-        let words = &self.words[start..start + self.words_per_texel];
-        Some((self.points[slot][index], words))
+        let start = index * self.layout.texel;
+        Some((points[index], &words[start..start + self.layout.texel]))
     }
 
     /// Whether this frame asks for a texel that was never used before.
@@ -256,24 +287,31 @@ impl Blocks {
         slot.is_some_and(|&slot| self.slots[slot as usize].begun >> texel.index & 1 == 0)
     }
 
-    /// A texel is used from now on, at this surface point in place of that at its centre.
-    pub fn begin_texel(&mut self, texel: Texel, point: Option<SurfacePoint>) {
-        let Some(&slot) = self.slot_of.get(&texel.block) else {
-            return;
-        };
-        let bit = 1 << texel.index;
-        self.slots[slot as usize].begun |= bit;
-        if let Some(point) = point {
-            self.slots[slot as usize].moved |= bit;
-            self.points[slot as usize][texel.index as usize] = point;
+    /// Texels are used from now on, at these surface points in place of those at their centres. Those of a block are best
+    /// told one after another.
+    pub fn begin_texels(&mut self, texels: impl Iterator<Item = (Texel, Option<SurfacePoint>)>) {
+        let mut last = None;
+        for (texel, point) in texels {
+            let slot = match last {
+                Some((block, slot)) if block == texel.block => slot,
+                _ => self.slot_of.get(&texel.block).copied(),
+            };
+            last = Some((texel.block, slot));
+            let Some(slot) = slot else { continue };
+            let bit = 1 << texel.index;
+            self.slots[slot as usize].begun |= bit;
+            if let Some(point) = point {
+                self.slots[slot as usize].moved |= bit;
+                self.contents[slot as usize].points[texel.index as usize] = point;
+            }
         }
     }
 
     /// Contents of a texel, to be written; `None` where its block is not there.
     pub fn texel_mut(&mut self, texel: Texel) -> Option<&mut [u32]> {
         let slot = *self.slot_of.get(&texel.block)? as usize;
-        let start = (slot * BLOCK_TEXELS + texel.index as usize) * self.words_per_texel;
-        Some(&mut self.words[start..start + self.words_per_texel])
+        let start = texel.index as usize * self.layout.texel;
+        Some(&mut self.contents[slot].words[start..start + self.layout.texel])
     }
 
     /// Number of blocks.
@@ -288,7 +326,10 @@ impl Blocks {
 
     /// Bytes of a block: contents, surface points and its place.
     fn block_bytes(&self) -> usize {
-        BLOCK_TEXELS * (4 * self.words_per_texel + size_of::<SurfacePoint>()) + size_of::<Slot>()
+        4 * self.size()
+            + BLOCK_TEXELS * size_of::<SurfacePoint>()
+            + size_of::<Contents>()
+            + size_of::<Slot>()
     }
 
     /// Bytes of the blocks that are there.
@@ -299,8 +340,11 @@ impl Blocks {
     /// Bytes of all slots and of the map.
     pub fn allocated_bytes(&self) -> usize {
         let entry = size_of::<(BlockKey, u32)>() + 1;
-        4 * self.words.capacity()
-            + self.points.capacity() * size_of::<[SurfacePoint; BLOCK_TEXELS]>()
+        let contents = self.contents.iter().map(|contents| {
+            4 * contents.words.capacity() + contents.points.capacity() * size_of::<SurfacePoint>()
+        });
+        contents.sum::<usize>()
+            + self.contents.capacity() * size_of::<Contents>()
             + self.slots.capacity() * size_of::<Slot>()
             + 4 * self.free.capacity()
             + self.slot_of.capacity() * 8 / 7 * entry
@@ -308,17 +352,16 @@ impl Blocks {
 
     /// The blocks, in the order of keys.
     pub fn memory(&self) -> Vec<BlockMemory> {
-        let size = BLOCK_TEXELS * self.words_per_texel;
-        let slots = self.slots.iter().enumerate();
+        let slots = self.slots.iter().zip(&self.contents);
         let mut memory: Vec<BlockMemory> = slots
-            .filter_map(|(index, slot)| {
+            .filter_map(|(slot, Contents { words, points })| {
                 let moved = (0..BLOCK_TEXELS).filter(|i| slot.moved >> i & 1 == 1);
                 Some(BlockMemory {
                     key: slot.key?,
                     age: self.frame - slot.seen,
                     begun: slot.begun,
-                    moved: moved.map(|i| (i as u32, self.points[index][i])).collect(),
-                    words: self.words[index * size..][..size].to_vec(),
+                    moved: moved.map(|i| (i as u32, points[i])).collect(),
+                    words: words.clone(),
                 })
             })
             .collect();
@@ -336,7 +379,7 @@ impl Blocks {
         charts: &Charts,
         grid: &Grid,
     ) -> Result<(), String> {
-        let size = BLOCK_TEXELS * self.words_per_texel;
+        let size = self.size();
         let fits = |block: &BlockMemory| {
             let texels = BLOCK_TEXELS as u32;
             let moved = block.moved.iter().all(|(index, _)| *index < texels);
@@ -350,11 +393,10 @@ impl Blocks {
                     .into(),
             );
         }
-        *self = Self::new(self.limits, self.words_per_texel);
+        *self = Self::new(self.limits, self.layout);
         self.frame = memory.iter().map(|block| block.age).max().unwrap_or(0);
         let mut new = Vec::with_capacity(memory.len());
-        let mut moved = Vec::new();
-        for (slot, block) in (0..).zip(memory) {
+        for (slot, block) in (0..).zip(&memory) {
             self.slots.push(Slot {
                 key: Some(block.key),
                 asked: 0,
@@ -362,19 +404,16 @@ impl Blocks {
                 begun: block.begun,
                 moved: block.moved.iter().fold(0, |bits, (i, _)| bits | 1 << i),
             });
-            moved.extend(
-                block
-                    .moved
-                    .into_iter()
-                    .map(|(i, point)| (slot as usize, i, point)),
-            );
-            self.words.extend(block.words);
+            self.contents.push(Contents::default());
             self.slot_of.insert(block.key, slot);
             new.push((slot, block.key));
         }
-        self.look_up(&new, charts, grid);
-        for (slot, index, point) in moved {
-            self.points[slot][index as usize] = point;
+        self.fill(&new, charts, grid);
+        for (contents, block) in self.contents.iter_mut().zip(memory) {
+            contents.words = block.words;
+            for (index, point) in block.moved {
+                contents.points[index as usize] = point;
+            }
         }
         Ok(())
     }

@@ -16,7 +16,7 @@ mod islands;
 mod lookup;
 mod requests;
 
-pub use blocks::{Asked, Block, BlockMemory, Blocks, Limits};
+pub use blocks::{Asked, Block, BlockMemory, Blocks, Layout, Limits};
 pub use charts::{ChartPlace, Charts};
 pub use grid::{BLOCK_SIDE, BLOCK_TEXELS, BlockKey, Grid, LEVELS, Surface, Texel};
 pub use islands::{MOST_TRIANGLES, STEEPEST_DEG};

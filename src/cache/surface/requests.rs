@@ -1,5 +1,7 @@
 //! What viewers ask for: texels, block by block.
 
+use rayon::prelude::*;
+
 use super::grid::{BlockKey, Texel};
 
 /// Blocks with a mask of 64 bits of the texels that are asked for.
@@ -20,7 +22,8 @@ impl Requests {
 
     /// Each block once, in the order of keys: the same whatever was asked for first.
     pub fn merge(&mut self) {
-        self.blocks.sort_unstable();
+        // Two merged requests one after another are two sorted runs, which a stable sort merges.
+        self.blocks.sort();
         self.blocks.dedup_by(|next, kept| {
             let same = next.0 == kept.0;
             if same {
@@ -32,11 +35,12 @@ impl Requests {
 
     /// All that some requests ask for, merged.
     pub fn merged(all: Vec<Self>) -> Self {
-        let mut merged = Self {
-            blocks: all.into_iter().flat_map(|r| r.blocks).collect(),
+        let both = |mut one: Self, other: Self| {
+            one.blocks.extend(other.blocks);
+            one.merge();
+            one
         };
-        merged.merge();
-        merged
+        all.into_par_iter().reduce(Self::default, both)
     }
 
     /// Blocks and masks.

@@ -239,7 +239,7 @@ impl LocalBsdf<'_> {
 }
 
 /// Those of Beckmann take an exponential of each direction.
-fn is_plain(facets: Microfacets) -> bool {
+pub(super) fn is_plain(facets: Microfacets) -> bool {
     facets.distribution() == MicrofacetDistribution::Ggx
 }
 
@@ -250,8 +250,8 @@ impl Plastic<'_> {
             Some(facets) => coated_sums(incident, turn, view, coating, facets),
             None => [smooth_sum(incident, turn, coating), Vec3::ZERO],
         };
-        let through = coating.transmittance(view.z) * FRAC_1_PI;
-        self.base() * through * base + self.specular * gloss
+        let [of_base, of_gloss] = self.weights(view.z);
+        of_base * base + of_gloss * gloss
     }
 }
 

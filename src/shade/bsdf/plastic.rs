@@ -221,6 +221,12 @@ impl Plastic<'_> {
         self.diffuse / (Vec3::ONE - trapped) / (self.coating.ior * self.coating.ior)
     }
 
+    /// What is multiplied with what base and gloss scatter to a viewer at this cosine.
+    pub(super) fn weights(&self, cosine: f32) -> [Vec3; 2] {
+        let through = self.coating.transmittance(cosine) * FRAC_1_PI;
+        [self.base() * through, self.specular]
+    }
+
     /// See [`super::LocalBsdf::lobes`].
     pub(super) fn lobes(&self, cos_view: f32) -> Lobes {
         let boundary = Boundary::Dielectric {

@@ -22,6 +22,11 @@ pub enum LightPlace {
     Environment([f32; 2]),
 }
 
+/// Groups of lights that are remembered apart.
+pub const LIGHT_GROUPS: usize = 16;
+/// Parts of the environment along each side, even in power.
+const ENVIRONMENT_PARTS: u32 = 4;
+
 /// A place that was selected at random.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenPlace {
@@ -86,6 +91,19 @@ impl Lights<'_> {
                 ..chosen
             })
         }
+    }
+
+    /// Which of [`LIGHT_GROUPS`] groups a place is in: all of an emitting shape in one, the environment in parts.
+    pub fn group(&self, place: &LightPlace) -> u8 {
+        let number = match *place {
+            LightPlace::Triangle(triangle, _) => self.scene.triangle_shape[triangle as usize],
+            LightPlace::Point(number) | LightPlace::Parallel(number) => number,
+            LightPlace::Environment(at) => {
+                let [u, v] = at.map(|x| (x * ENVIRONMENT_PARTS as f32) as u32);
+                v * ENVIRONMENT_PARTS + u
+            }
+        };
+        (number % LIGHT_GROUPS as u32) as u8
     }
 
     /// The place `at` of the environment, with its density among those of the environment alone. `None` without one.

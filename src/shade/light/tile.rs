@@ -4,18 +4,37 @@
 
 use glam::Vec3;
 use multiversion::multiversion;
+use rayon::prelude::*;
 
 use super::{Arriving, ChosenPlace, FacingPoint, LightPlace, Lights, Unshadowed};
 use crate::image::luminance;
 use crate::sample::Rng;
+use crate::shade::bsdf::{LANES, Lanes, VectorLanes};
 use crate::shade::surface::Interaction;
 
-/// Places that are worked on together.
-pub const LANES: usize = 32;
-/// A number of each of them.
-pub type Lanes = [f32; LANES];
-/// A vector of each of them, one array a coordinate.
-type VectorLanes = [Lanes; 3];
+/// Tiles that many surfaces share.
+pub struct SharedTiles(Vec<LightTile>);
+
+/// Tiles that are shared: neighbours seldom have the same one.
+const TILES: u64 = 1024;
+/// Keys their random numbers.
+const STREAM: u64 = 0x7469_6c65_7320;
+
+impl SharedTiles {
+    /// Draws tiles; seed, stream and number key their random numbers.
+    pub fn new(
+        [seed, stream, number]: [u64; 3],
+        draw: impl Fn(&mut Rng) -> LightTile + Sync,
+    ) -> Self {
+        let one = |tile| draw(&mut Rng::new(seed, STREAM ^ stream, tile, number));
+        Self((0..TILES).into_par_iter().map(one).collect())
+    }
+
+    /// One of them, at random.
+    pub fn pick(&self, rng: &mut Rng) -> &LightTile {
+        &self.0[rng.below(self.0.len())]
+    }
+}
 
 /// Places on lights that were selected at random, evenly spaced over all lights by power.
 pub struct LightTile {
@@ -26,6 +45,8 @@ pub struct LightTile {
 /// Up to [`LANES`] places of a tile.
 pub struct TilePart {
     places: [LightPlace; LANES],
+    /// Their [`Lights::group`].
+    groups: [u8; LANES],
     /// Density over places with which each was selected; zero where there is none.
     density: Lanes,
     /// Points of emitting triangles.
@@ -48,10 +69,32 @@ pub struct Sent {
 impl LightTile {
     /// Selects `count` places: for each of as many evenly spaced numbers, with one random offset, as [`Lights::choose`] does.
     pub fn new(lights: &Lights, count: usize, rng: &mut Rng) -> Self {
-        let mut parts: Vec<TilePart> = Vec::with_capacity(count.div_ceil(LANES));
-        if lights.is_dark() {
-            return Self { count: 0, parts };
+        match lights.is_dark() {
+            true => Self {
+                count: 0,
+                parts: Vec::new(),
+            },
+            false => Self::selected(count, rng, |part, lane, choice, at| {
+                part.select(lane, lights, choice, at);
+            }),
         }
+    }
+
+    /// Selects `count` places of the environment alone: along its first axis evenly spaced.
+    pub fn of_environment(lights: &Lights, count: usize, rng: &mut Rng) -> Self {
+        Self::selected(count, rng, |part, lane, choice, [_, v]| {
+            if let Some(chosen) = lights.choose_environment([choice as f32, v]) {
+                part.keep(lane, lights, chosen);
+            }
+        })
+    }
+
+    fn selected(
+        count: usize,
+        rng: &mut Rng,
+        select: impl Fn(&mut TilePart, usize, f64, [f32; 2]),
+    ) -> Self {
+        let mut parts: Vec<TilePart> = Vec::with_capacity(count.div_ceil(LANES));
         let offset = rng.next_f64();
         for number in 0..count {
             let lane = number % LANES;
@@ -61,7 +104,7 @@ impl LightTile {
             let choice = (number as f64 + offset) / count as f64;
             let at = [rng.next_f32(), rng.next_f32()];
             let part = parts.last_mut().expect("one was pushed");
-            part.select(lane, lights, choice, at);
+            select(part, lane, choice, at);
         }
         Self { count, parts }
     }
@@ -76,6 +119,11 @@ impl LightTile {
         &self.parts
     }
 
+    /// The [`Lights::group`] of place `number`.
+    pub fn group(&self, number: usize) -> u8 {
+        self.parts[number / LANES].groups[number % LANES]
+    }
+
     /// What place `number` sends to a surface: [`Lights::arriving`].
     pub fn arriving(&self, number: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
         self.parts[number / LANES].arriving(number % LANES, lights, from)
@@ -86,6 +134,7 @@ impl Default for TilePart {
     fn default() -> Self {
         Self {
             places: [LightPlace::Point(u32::MAX); LANES],
+            groups: [0; LANES],
             density: [0.0; LANES],
             points: [[0.0; LANES]; 3],
             normals: [[0.0; LANES]; 3],
@@ -117,23 +166,38 @@ fn get([x, y, z]: &VectorLanes, lane: usize) -> Vec3 {
 
 impl TilePart {
     fn select(&mut self, lane: usize, lights: &Lights, choice: f64, at: [f32; 2]) {
-        let chosen = if let Some(light) = lights.triangle_for(choice) {
+        if let Some(light) = lights.triangle_for(choice) {
             set(&mut self.points, lane, light.point(at));
             set(&mut self.normals, lane, light.normal);
             set(&mut self.emission, lane, light.emission);
-            light.chosen(at)
+            self.place(lane, lights, light.chosen(at));
         } else if let Some(chosen) = lights.choose_at(choice, at) {
-            match lights.distant(&chosen.place) {
-                Some(light) => self.distant.push((lane, light)),
-                None => self.point_lights.push(lane),
-            }
-            chosen
-        } else {
-            return;
-        };
-        let ChosenPlace { place, density } = chosen;
-        self.places[lane] = place;
-        self.density[lane] = density;
+            self.keep(lane, lights, chosen);
+        }
+    }
+
+    /// Keeps a place that is on no triangle.
+    fn keep(&mut self, lane: usize, lights: &Lights, chosen: ChosenPlace) {
+        match lights.distant(&chosen.place) {
+            Some(light) => self.distant.push((lane, light)),
+            None => self.point_lights.push(lane),
+        }
+        self.place(lane, lights, chosen);
+    }
+
+    fn place(&mut self, lane: usize, lights: &Lights, ChosenPlace { place, density }: ChosenPlace) {
+        self.groups[lane] = lights.group(&place);
+        (self.places[lane], self.density[lane]) = (place, density);
+    }
+
+    /// The [`Lights::group`] of each place.
+    pub fn groups(&self) -> &[u8; LANES] {
+        &self.groups
+    }
+
+    /// The places.
+    pub fn places(&self) -> &[LightPlace; LANES] {
+        &self.places
     }
 
     /// Densities over places with which they were selected.
@@ -185,6 +249,22 @@ impl Sent {
             }
         }
         numbers
+    }
+
+    /// Luminance of what a surface scatters to its viewer of each place, without shadows.
+    pub fn scattered(&self, at: &Interaction) -> Lanes {
+        let Some(mut scattered) = at.luminances(&self.directions, &self.irradiance) else {
+            return self
+                .each(|light| luminance((at.evaluate(light.direction) * light.irradiance).into()));
+        };
+        let [red, green, blue] = &self.irradiance;
+        for lane in 0..LANES {
+            // The directions of places that send nothing need not be numbers.
+            if red[lane] == 0.0 && green[lane] == 0.0 && blue[lane] == 0.0 {
+                scattered[lane] = 0.0;
+            }
+        }
+        scattered
     }
 
     /// Luminance of the irradiance of a surface with this normal.

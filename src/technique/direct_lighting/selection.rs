@@ -1,11 +1,10 @@
 //! Which lights are sampled at a surface, and where.
 
-use rayon::prelude::*;
-
 use crate::entry::words;
 use crate::sample::Rng;
 use crate::shade::{
-    Arriving, ChosenPlace, EvenLights, Interaction, LANES, Lanes, LightTile, Lights, Sent,
+    Arriving, ChosenPlace, EvenLights, Interaction, LightTile, Lights, Sent, SharedTiles, TilePart,
+    bsdf::{LANES, Lanes},
 };
 
 words! {
@@ -39,25 +38,22 @@ pub(crate) struct Selecting<'a> {
 pub(crate) struct Presampled {
     /// Samples of a surface that a tile serves.
     pub samples: u32,
-    /// One of them, at random, serves a surface.
-    pub tiles: Vec<LightTile>,
+    pub tiles: SharedTiles,
 }
 
 /// A light sample, before it is known whether it reaches its surface.
 pub(crate) struct Selected {
     pub arriving: Arriving,
+    /// Which [`Lights::group`] it is of.
+    pub group: u8,
     /// Of the sample, per unit of the measure of places; NaN where what a candidate adds is not finite.
     pub density: f32,
 }
 
 /// Candidates that are held at once, unless a single sample has more of its own.
 const POOL: u32 = 1024;
-/// Tiles of candidates that surfaces share: neighbours seldom have the same one.
-const TILES: u64 = 1024;
 /// Candidates of a tile that is worth sharing: larger ones are drawn anew for each surface.
 const LARGEST_SHARED: u32 = 256;
-/// Keys the random numbers of shared candidates.
-const STREAM: u64 = 0x7469_6c65_7320;
 
 impl Selecting<'_> {
     /// The light samples of a surface, `count` with those left out that add nothing. `adds` is what samples add without
@@ -67,7 +63,7 @@ impl Selecting<'_> {
         at: &Interaction,
         count: u32,
         rng: &mut Rng,
-        adds: impl Fn(&Sent) -> Lanes,
+        adds: impl Fn(&TilePart, &Sent) -> Lanes,
     ) -> Vec<Selected> {
         let lights = self.lights;
         match self.selection {
@@ -87,7 +83,7 @@ impl Selecting<'_> {
                     let of_count = |presampled: &&Presampled| presampled.samples == count;
                     let drawn;
                     let tile = match self.presampled.iter().find(of_count) {
-                        Some(Presampled { tiles, .. }) => &tiles[rng.below(tiles.len())],
+                        Some(Presampled { tiles, .. }) => tiles.pick(rng),
                         None => {
                             drawn = self.tile(count, rng);
                             &drawn
@@ -105,11 +101,8 @@ impl Selecting<'_> {
         if samples.saturating_mul(self.candidates) > LARGEST_SHARED {
             return;
         }
-        let one = |number| {
-            let rng = &mut Rng::new(seed, STREAM ^ u64::from(samples), number, frame);
-            self.tile(samples, rng)
-        };
-        let tiles = (0..TILES).into_par_iter().map(one).collect();
+        let keys = [seed, u64::from(samples), frame];
+        let tiles = SharedTiles::new(keys, |rng| self.tile(samples, rng));
         self.presampled.push(Presampled { samples, tiles });
     }
 
@@ -135,7 +128,12 @@ impl Selecting<'_> {
             let ChosenPlace { place, density } = chosen;
             let arriving = self.lights.arriving(&place, at);
             if let Some(arriving) = arriving.filter(|_| density > 0.0) {
-                selected.push(Selected { arriving, density });
+                let group = self.lights.group(&place);
+                selected.push(Selected {
+                    arriving,
+                    group,
+                    density,
+                });
             }
         }
         selected
@@ -149,7 +147,7 @@ impl Selecting<'_> {
         count: u32,
         tile: &LightTile,
         rng: &mut Rng,
-        adds: &impl Fn(&Sent) -> Lanes,
+        adds: &impl Fn(&TilePart, &Sent) -> Lanes,
         selected: &mut Vec<Selected>,
     ) {
         let mut pool = Vec::with_capacity(tile.count());
@@ -157,16 +155,19 @@ impl Selecting<'_> {
         let mut sent = Sent::default();
         for (first, part) in (0..).step_by(LANES).zip(tile.parts()) {
             part.send(self.lights, at, &mut sent);
-            let added = adds(&sent);
+            let added = adds(part, &sent);
             for (number, (&added, &density)) in (first..).zip(added.iter().zip(part.density())) {
                 if added == 0.0 {
                     continue;
                 }
                 let weight = f64::from(added / density);
                 if !weight.is_finite() {
-                    let density = f32::NAN;
                     let arriving = tile.arriving(number, self.lights, at);
-                    selected.extend(arriving.map(|arriving| Selected { arriving, density }));
+                    selected.extend(arriving.map(|arriving| Selected {
+                        arriving,
+                        group: tile.group(number),
+                        density: f32::NAN,
+                    }));
                 } else if weight > 0.0 {
                     sum += weight;
                     pool.push(Candidate { number, added, sum });
@@ -183,7 +184,11 @@ impl Selecting<'_> {
                 && let Some(arriving) = tile.arriving(taken.number, self.lights, at)
             {
                 let density = (f64::from(taken.added) * tile.count() as f64 / sum) as f32;
-                selected.push(Selected { arriving, density });
+                selected.push(Selected {
+                    arriving,
+                    group: tile.group(taken.number),
+                    density,
+                });
             }
         }
     }

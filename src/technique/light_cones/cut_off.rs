@@ -58,11 +58,9 @@ pub(super) fn uncover(
             },
         )
         .collect();
-    for (witness, moved) in witnesses.iter().zip(&moved) {
-        surfaces
-            .blocks
-            .begin_texel(witness.texel, moved.then_some(witness.point));
-    }
+    let begun = witnesses.iter().zip(&moved);
+    let begun = begun.map(|(witness, moved)| (witness.texel, moved.then_some(witness.point)));
+    surfaces.blocks.begin_texels(begun);
     moved.iter().filter(|moved| **moved).count() as u64
 }
 
@@ -103,7 +101,7 @@ fn witnesses(
 /// One witness for each texel.
 fn least(all: impl Iterator<Item = Witness>) -> Vec<Witness> {
     let mut all: Vec<Witness> = all.collect();
-    all.sort_unstable_by_key(Witness::order);
+    all.par_sort_unstable_by_key(Witness::order);
     all.dedup_by_key(|witness| witness.texel);
     all
 }

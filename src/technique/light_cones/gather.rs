@@ -2,13 +2,14 @@
 
 use glam::Vec3;
 
-use super::options::{CalmTests, Orientation, Parameters};
+use super::hidden::Hidden;
+use super::options::{CalmTests, HiddenLights, Orientation, Parameters};
 use super::texels::{frame_of, hit_of, normal_of};
 use crate::cache::cones::{Cone, EdgeTest, Entry, MOST_CONES, Storage, Update, Weighting};
 use crate::cache::surface::{BLOCK_TEXELS, Block, Blocks};
 use crate::image::luminance;
 use crate::sample::{Frame, Rng};
-use crate::shade::{Interaction, Sent};
+use crate::shade::{Interaction, LIGHT_GROUPS, Sent, TilePart};
 use crate::technique::Shot;
 use crate::technique::direct_lighting::selection::{Selected, Selecting};
 use crate::trace::{Caster, Hit, RayCounter};
@@ -76,12 +77,14 @@ impl Gathering<'_> {
         let mut tally = Tally::default();
         let back = block.key.surface().back;
         let size = self.storage.words();
+        let (texels, hidden) = block.words.split_at_mut(BLOCK_TEXELS * size);
+        let mut hidden = Hidden::of(hidden);
         for index in (0..BLOCK_TEXELS).filter(|index| block.asked >> index & 1 == 1) {
             let point = block.points[index];
             if !point.is_somewhere() {
                 continue;
             }
-            let words = &mut block.words[index * size..][..size];
+            let words = &mut texels[index * size..][..size];
             let number = u64::from(self.shot.frame) << 6 | index as u64;
             let mut rng = Rng::new(self.seed, STREAM, block.key.bits(), number);
             let hit = hit_of(point);
@@ -96,7 +99,7 @@ impl Gathering<'_> {
                 frame,
             };
             let entry = self.storage.read(words);
-            let entry = self.updated(caster, &texel, entry, &mut rng, &mut tally);
+            let entry = self.updated(caster, &texel, entry, &mut hidden, &mut rng, &mut tally);
             self.storage.write(&entry, words);
         }
         tally
@@ -119,6 +122,7 @@ impl Gathering<'_> {
         caster: &Caster,
         texel: &Receiver,
         mut entry: Entry,
+        hidden: &mut Hidden,
         rng: &mut Rng,
         tally: &mut Tally,
     ) -> Entry {
@@ -132,16 +136,35 @@ impl Gathering<'_> {
         };
         let mut update = Update::of(entry, &self.parameters.rules, samples);
         let cosine = |direction: Vec3| direction.dot(texel.normal).max(0.0);
-        let adds = |sent: &Sent| sent.received(texel.normal);
+        let chances = match self.parameters.hidden {
+            HiddenLights::AsSeen => [1.0; LIGHT_GROUPS],
+            HiddenLights::Remembered => hidden.chances(),
+        };
+        let adds = |part: &TilePart, sent: &Sent| {
+            let mut received = sent.received(texel.normal);
+            for (received, group) in received.iter_mut().zip(part.groups()) {
+                *received *= chances[usize::from(*group)];
+            }
+            received
+        };
         let selected = self.selecting.samples(&texel.at, samples, rng, adds);
-        for Selected { arriving, density } in selected {
+        for Selected {
+            arriving,
+            group,
+            density,
+        } in selected
+        {
             if cosine(arriving.direction) == 0.0 || arriving.irradiance == Vec3::ZERO {
                 continue;
             }
             let light = arriving.irradiance / density;
             if !light.is_finite() {
                 tally.non_finite += 1;
-            } else if !caster.occluded(&arriving.shadow_ray) {
+                continue;
+            }
+            let arrives = !caster.occluded(&arriving.shadow_ray);
+            hidden.remember(group, arrives);
+            if arrives {
                 let direction = texel.frame.to_local(arriving.direction);
                 update.add(direction, light / samples as f32);
             }

@@ -19,6 +19,7 @@
 mod charts;
 mod cut_off;
 mod gather;
+mod hidden;
 mod memory;
 mod options;
 mod reuse;
@@ -37,7 +38,7 @@ use self::sight::Sight;
 use self::stillness::Stillness;
 use self::texels::Surfaces;
 use crate::cache::cones::Storage;
-use crate::cache::surface::{Asked, Blocks, Grid, Limits, Requests};
+use crate::cache::surface::{Asked, Blocks, Grid, Layout, Limits, Requests};
 use crate::entry::{About, Bias};
 use crate::shade::EvenLights;
 use crate::technique::direct_lighting::selection::{Selecting, Selection};
@@ -54,7 +55,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 5,
+        version: 6,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
@@ -146,7 +147,11 @@ impl LightCones {
             blocks: self.parameters.most_blocks,
             frames: self.parameters.keep_frames,
         };
-        let blocks = Blocks::new(limits, self.storage().words());
+        let layout = Layout {
+            texel: self.storage().words(),
+            block: hidden::WORDS,
+        };
+        let blocks = Blocks::new(limits, layout);
         let scene = shot.scene;
         if let Some(memory) = self.remembered.take() {
             let restored = || Memory::read(&memory)?.restored(blocks, scene);

@@ -66,6 +66,16 @@ words! {
     }
 }
 
+words! {
+    /// How lights that were hidden from a block of texels of late are chosen.
+    pub enum HiddenLights {
+        /// In proportion to the share of their samples that arrived.
+        Remembered = "remembered",
+        /// As those that were seen.
+        AsSeen = "as-seen",
+    }
+}
+
 parameters! {
     #[derive(Clone, Copy, Debug)]
     pub struct Parameters {
@@ -78,7 +88,9 @@ parameters! {
         /// How the lights of an update are chosen.
         pub selection: Selection = Selection::Product;
         /// Candidates of each sample, for selection = "product".
-        pub candidates: u32 = 4, Within(1.0, 65536.0);
+        pub candidates: u32 = 16, Within(1.0, 65536.0);
+        /// How lights that were hidden from a block of late are chosen, for selection = "product".
+        pub hidden: HiddenLights = HiddenLights::Remembered;
         /// Size of texels above that of pixels, in doublings.
         pub bias: f32 = 1.0, Within(-8.0, 8.0), "levels";
         /// Texels of the finest size along the diagonal of the scene; there are sixteen sizes.

@@ -11,7 +11,8 @@
 //!
 //! *Differs* from the paper: the radius of neighbours follows the height of the image; places of the camera samples in
 //! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over the kinds of
-//! light. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds, none drawn by the surface,
+//! light. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds, presampled as whole
+//! sets (the library picks from larger tiles), none drawn by the surface,
 //! no permutation of pixels, no filter of boiling, no reuse of the last shadow ray.
 
 mod combine;
@@ -76,7 +77,7 @@ pub const ABOUT_RTXDI: About = About {
     summary: "light samples resampled over pixels and frames, with settings like the RTXDI library's defaults",
     source: "Bitterli et al. 2020; defaults of NVIDIA's RTXDI library, ReSTIRDI.cpp",
     bias: Bias::Biased,
-    version: 1,
+    version: 2,
     failures: &[
         "weights do not see shadows: biased at their edges",
         "one sample a pixel: noisy under few large lights",

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use super::combine::{Combining, Offer};
 use super::history::{History, Then};
 use super::receiver::{Receiver, Surface};
-use super::reservoir::{Reservoir, Selected, Selecting};
+use super::reservoir::{Reservoir, Selecting};
 use super::settings::Settings;
 use crate::sample::{Rng, additive};
-use crate::shade::ChosenPlace;
+use crate::shade::{ChosenPlace, LightTile, SharedTiles};
 use crate::technique::radiance::viewer_key;
 use crate::technique::{Rendered, Shot};
 use crate::trace::{Caster, RayCounter};
@@ -82,8 +82,9 @@ impl<'a> Pass<'a> {
         let counter = RayCounter::default();
         let stages = &mut rendered.stages;
         let mut all = stages.time("candidates", || {
-            self.each(&counter, CANDIDATES, &mut *tally, &|pixel, layer, tools| {
-                self.candidates(pixel, layer, tools)
+            let tiles = self.tiles();
+            self.each(&counter, CANDIDATES, &mut *tally, &|pixel, _, tools| {
+                self.candidates(pixel, tiles.as_ref(), tools)
             })
         });
         let mut is_found = Vec::new();
@@ -157,26 +158,30 @@ impl<'a> Pass<'a> {
     }
 
     /// Resampled importance sampling: of all candidates one, in proportion to what it would add without shadows.
-    fn candidates(&self, pixel: &Pixel, _: usize, mut tools: Tools) -> Reservoir {
+    fn candidates(
+        &self,
+        pixel: &Pixel,
+        tiles: Option<&SharedTiles>,
+        mut tools: Tools,
+    ) -> Reservoir {
         let settings = self.settings;
         let mut selecting = Selecting::default();
-        for _ in 0..settings.candidates {
-            let chosen = self.candidate(&mut tools.rng);
-            let u = tools.rng.next_f64();
-            let Some(ChosenPlace { place, density }) = chosen else {
-                continue;
-            };
-            let target = pixel.receiver.target(&place);
-            let sample = Selected {
-                place,
-                target,
-                source: 0,
-            };
-            let weight = match target > 0.0 {
-                true => f64::from(target) / f64::from(density),
-                false => 0.0,
-            };
-            selecting.offer(sample, weight, u);
+        match tiles {
+            Some(tiles) => {
+                let tile = tiles.pick(&mut tools.rng);
+                pixel
+                    .receiver
+                    .offer_all(tile, &mut selecting, &mut tools.rng);
+            }
+            None => {
+                for _ in 0..settings.candidates {
+                    let chosen = self.candidate(&mut tools.rng);
+                    let u = tools.rng.next_f64();
+                    if let Some(ChosenPlace { place, density }) = chosen {
+                        selecting.offer_place(place, pixel.receiver.target(&place), density, u);
+                    }
+                }
+            }
         }
         tools.tally.non_finite += selecting.non_finite;
         let share = 1.0 / f64::from(settings.candidates);
@@ -189,6 +194,20 @@ impl<'a> Pass<'a> {
             true => reservoir.emptied(),
             false => reservoir,
         }
+    }
+
+    /// Candidates that pixels share.
+    fn tiles(&self) -> Option<SharedTiles> {
+        let lights = self.shot.paths.lights();
+        let count = self.settings.candidates as usize;
+        let draw = |rng: &mut Rng| match self.sources {
+            Sources::All => LightTile::new(lights, count, rng),
+            Sources::Environment => LightTile::of_environment(lights, count, rng),
+        };
+        let keys = [self.seed, viewer_key(self.shot), self.number];
+        self.settings
+            .presampled
+            .then(|| SharedTiles::new(keys, draw))
     }
 
     fn candidate(&self, rng: &mut Rng) -> Option<ChosenPlace> {

@@ -3,8 +3,10 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::reservoir::Selecting;
 use crate::image::luminance;
-use crate::shade::{Arriving, Interaction, LightPlace, Unshadowed};
+use crate::sample::Rng;
+use crate::shade::{Arriving, Interaction, LightPlace, LightTile, Sent, Unshadowed};
 use crate::technique::Shot;
 use crate::trace::{Caster, Hit};
 
@@ -78,6 +80,20 @@ impl<'a> Receiver<'a> {
                  irradiance,
              }| { target_of(self.at.evaluate(direction) * irradiance) },
         )
+    }
+
+    /// Offers the places of a tile that add anything.
+    pub fn offer_all(&self, tile: &LightTile, selecting: &mut Selecting, rng: &mut Rng) {
+        let mut sent = Sent::default();
+        for part in tile.parts() {
+            part.send(self.shot.paths.lights(), &self.at, &mut sent);
+            let candidates = part.places().iter().zip(part.density());
+            for ((place, density), target) in candidates.zip(sent.scattered(&self.at)) {
+                if target.is_finite() && target > 0.0 {
+                    selecting.offer_place(*place, target, *density, rng.next_f64());
+                }
+            }
+        }
     }
 
     /// The target, 0 in shadow.

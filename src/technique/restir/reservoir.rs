@@ -60,6 +60,20 @@ impl Selecting {
         }
     }
 
+    /// Looks at a candidate: its target, and the density that it was drawn with.
+    pub fn offer_place(&mut self, place: LightPlace, target: f32, density: f32, u: f64) {
+        let sample = Selected {
+            place,
+            target,
+            source: 0,
+        };
+        let weight = match target > 0.0 {
+            true => f64::from(target) / f64::from(density),
+            false => 0.0,
+        };
+        self.offer(sample, weight, u);
+    }
+
     /// The reservoir of `count` samples whose weights have been multiplied by `share`: 1/M, or what replaces it.
     pub fn reservoir(&self, count: u32, share: f64) -> Reservoir {
         let empty = Reservoir {

@@ -20,6 +20,9 @@ parameters! {
     pub struct Parameters {
         /// M: candidates of a reservoir, drawn by power; without it 32, rtxdi 10.
         candidates: Option<u32> = None, Within(1.0, 65536.0);
+        /// Whether candidates are those of a set that is drawn once a pass, with 1023 others, and serves many pixels; without it
+        /// only rtxdi's are.
+        presampled: Option<bool> = None;
         /// N: reservoirs of a pixel, each with a sample that is shaded; without it 4, restir-unbiased and rtxdi 1.
         reservoirs: Option<u32> = None, Within(1.0, 64.0);
         /// Whether a candidate in shadow is dropped before it is reused.
@@ -50,6 +53,7 @@ parameters! {
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
     candidates: u32,
+    presampled: bool,
     reservoirs: u32,
     neighbours: u32,
     neighbours_without_history: u32,
@@ -72,6 +76,7 @@ impl Preset {
 /// Bitterli et al. 2020, section 6, biased.
 pub const BIASED: Preset = Preset {
     candidates: 32,
+    presampled: false,
     reservoirs: 4,
     neighbours: 5,
     neighbours_without_history: 5,
@@ -98,6 +103,7 @@ pub const UNBIASED: Preset = Preset {
 /// Defaults of the RTXDI library: 8 local, 1 infinite and 1 environment candidate, of which this is the sum.
 pub const RTXDI: Preset = Preset {
     candidates: 10,
+    presampled: true,
     reservoirs: 1,
     neighbours: 1,
     neighbours_without_history: 8,
@@ -112,6 +118,7 @@ pub const RTXDI: Preset = Preset {
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     pub candidates: u32,
+    pub presampled: bool,
     pub reservoirs: usize,
     pub visibility_reuse: bool,
     pub history: u32,
@@ -153,6 +160,7 @@ impl Settings {
         let angle_deg = given.angle_deg.unwrap_or(preset.angle_deg);
         let settings = Self {
             candidates: given.candidates.unwrap_or(preset.candidates),
+            presampled: given.presampled.unwrap_or(preset.presampled),
             reservoirs: given.reservoirs.unwrap_or(preset.reservoirs) as usize,
             visibility_reuse: given.visibility_reuse,
             history: given.history,

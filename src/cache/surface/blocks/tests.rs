@@ -25,7 +25,7 @@ fn row(blocks: impl IntoIterator<Item = u32>) -> Requests {
 }
 
 fn pool(blocks: usize, frames: u32) -> Blocks {
-    Blocks::new(Limits { blocks, frames }, 2)
+    Blocks::new(Limits { blocks, frames }, Layout { texel: 2, block: 1 })
 }
 
 /// Which blocks of a row are there.
@@ -120,7 +120,7 @@ fn what_is_remembered_goes_on_the_same() {
     }
     let mut small = pool(1, 2);
     assert!(small.recall(before.memory(), &charts, &GRID).is_err());
-    let mut wide = Blocks::new(before.limits, 5);
+    let mut wide = Blocks::new(before.limits, Layout { texel: 5, block: 1 });
     assert!(wide.recall(before.memory(), &charts, &GRID).is_err());
 }
 
@@ -137,8 +137,7 @@ fn a_texel_begins_once_and_keeps_the_point_it_was_moved_to() {
     };
     let (before, _) = pool.texel(stays).expect("its block is there");
     assert!(pool.begins(moved) && pool.begins(stays));
-    pool.begin_texel(moved, Some(point));
-    pool.begin_texel(stays, None);
+    pool.begin_texels([(moved, Some(point)), (stays, None)].into_iter());
     let check = |pool: &Blocks| {
         assert!(!pool.begins(moved) && !pool.begins(stays));
         assert_eq!(pool.texel(moved).map(|(point, _)| point), Some(point));
