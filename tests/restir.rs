@@ -177,6 +177,7 @@ fn unbiased_contenders_have_the_mean_of_paths_after_frames() {
             ("restir-unbiased", String::new()),
             ("restir-unbiased", "weights = 'support'".into()),
             ("restir-unbiased", "reservoirs = 2\nrounds = 2".into()),
+            ("restir-unbiased", "presampled = true".into()),
         ];
         let selections = SELECTIONS.map(|s| ("rt", format!("selection = '{s}'\nrays = 4")));
         variants.extend(selections);

@@ -337,17 +337,12 @@ impl Blocks {
         self.len() * self.block_bytes()
     }
 
-    /// Bytes of all slots and of the map.
+    /// Bytes of all slots, those without a block too, and of the map.
     pub fn allocated_bytes(&self) -> usize {
         let entry = size_of::<(BlockKey, u32)>() + 1;
-        let contents = self.contents.iter().map(|contents| {
-            4 * contents.words.capacity() + contents.points.capacity() * size_of::<SurfacePoint>()
-        });
-        contents.sum::<usize>()
-            + self.contents.capacity() * size_of::<Contents>()
-            + self.slots.capacity() * size_of::<Slot>()
-            + 4 * self.free.capacity()
-            + self.slot_of.capacity() * 8 / 7 * entry
+        self.slots.len() * self.block_bytes()
+            + size_of_val(self.free.as_slice())
+            + self.slot_of.len() * 8 / 7 * entry
     }
 
     /// The blocks, in the order of keys.

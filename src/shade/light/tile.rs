@@ -411,4 +411,32 @@ mod tests {
             assert!(count < 100 || (5..60).contains(&lit), "{lit}");
         }
     }
+
+    #[test]
+    fn a_tile_of_the_environment_holds_all_of_its_light_and_no_other() {
+        let scene = scene();
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let paths = PathTracer::new(&scene, &tracer);
+        let lights = paths.lights();
+        let hit = Hit {
+            t: 1.0,
+            u: 0.3,
+            v: 0.3,
+            triangle: 0,
+        };
+        let at = paths.surfaces().interact(&hit, Vec3::NEG_Z);
+        let tile = LightTile::of_environment(lights, 40, &mut Rng::new(3, 0, 0, 0));
+        let (mut sent, mut sum) = (Sent::default(), Vec3::ZERO);
+        for part in tile.parts() {
+            part.send(lights, &at, &mut sent);
+            for (lane, density) in part.density().iter().enumerate() {
+                if *density > 0.0 {
+                    assert!(matches!(part.places()[lane], LightPlace::Environment(_)));
+                    sum += sent.at(lane).irradiance / *density;
+                }
+            }
+        }
+        let all = Vec3::new(0.3, 0.4, 0.5) * 4.0 * std::f32::consts::PI;
+        assert!((sum / 40.0 - all).abs().max_element() < 0.01, "{sum} {all}");
+    }
 }
