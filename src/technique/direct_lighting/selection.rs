@@ -150,43 +150,51 @@ impl Selecting<'_> {
         adds: &impl Fn(&TilePart, &Sent) -> Lanes,
         selected: &mut Vec<Selected>,
     ) {
-        let mut pool = Vec::with_capacity(tile.count());
+        let room = tile.parts().len() * LANES;
+        let mut all_added: Vec<f32> = Vec::with_capacity(room);
+        // Of what candidates add over their density: all up to each one.
+        let mut sums: Vec<f64> = Vec::with_capacity(room);
         let mut sum = 0.0;
         let mut sent = Sent::default();
-        for (first, part) in (0..).step_by(LANES).zip(tile.parts()) {
+        for part in tile.parts() {
             part.send(self.lights, at, &mut sent);
             let added = adds(part, &sent);
-            for (number, (&added, &density)) in (first..).zip(added.iter().zip(part.density())) {
-                if added == 0.0 {
-                    continue;
-                }
-                let weight = f64::from(added / density);
-                if !weight.is_finite() {
+            for weight in weights(&added, part.density()) {
+                if weight.is_finite() {
+                    sum += f64::from(weight.max(0.0));
+                } else {
+                    let number = sums.len();
                     let arriving = tile.arriving(number, self.lights, at);
                     selected.extend(arriving.map(|arriving| Selected {
                         arriving,
                         group: tile.group(number),
                         density: f32::NAN,
                     }));
-                } else if weight > 0.0 {
-                    sum += weight;
-                    pool.push(Candidate { number, added, sum });
                 }
+                sums.push(sum);
             }
+            all_added.extend_from_slice(&added);
         }
         let offset = rng.next_f64();
-        // Most candidates are not taken: their shadow rays are left out.
-        let mut candidates = pool.iter().peekable();
+        let mut next = 0;
         for number in 0..count {
             let place = sum * even(number, offset, count);
-            while candidates.next_if(|c| c.sum <= place).is_some() {}
-            if let Some(taken) = candidates.peek().copied().or(pool.last())
-                && let Some(arriving) = tile.arriving(taken.number, self.lights, at)
+            while sums.get(next).is_some_and(|sum| *sum <= place) {
+                next += 1;
+            }
+            // Rounding may lead past the last one with a weight.
+            let taken = match next < sums.len() {
+                true => next,
+                false => sums.partition_point(|&before| before < sum),
+            };
+            // Most candidates are not taken: their shadow rays are left out.
+            if sum > 0.0
+                && let Some(arriving) = tile.arriving(taken, self.lights, at)
             {
-                let density = (f64::from(taken.added) * tile.count() as f64 / sum) as f32;
+                let density = (f64::from(all_added[taken]) * tile.count() as f64 / sum) as f32;
                 selected.push(Selected {
                     arriving,
-                    group: tile.group(taken.number),
+                    group: tile.group(taken),
                     density,
                 });
             }
@@ -194,14 +202,12 @@ impl Selecting<'_> {
     }
 }
 
-/// A light sample that may be taken.
-struct Candidate {
-    /// In its tile.
-    number: usize,
-    /// What it adds without shadows.
-    added: f32,
-    /// Of this over density, of all up to this one.
-    sum: f64,
+/// What candidates add over their density; 0 where they add nothing.
+fn weights(added: &Lanes, density: &Lanes) -> Lanes {
+    std::array::from_fn(|lane| match added[lane] == 0.0 {
+        true => 0.0,
+        false => added[lane] / density[lane],
+    })
 }
 
 /// The place of one of `count` evenly spaced numbers in [0, 1).

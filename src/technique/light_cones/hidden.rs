@@ -1,8 +1,9 @@
 //! Which lights were hidden from a block of texels of late: what they would add without shadows is then no guide to what they
 //! add.
 //!
-//! The paper has nothing of the kind. Lights are remembered in groups, with one number each of samples and of those among them
-//! that arrived. No group is ever given up, so that what is chosen less counts for more when it arrives.
+//! The paper has nothing of the kind; Guo, Eisemann & Eisemann ("Next Event Estimation++", 2020) remember what is seen between
+//! voxels. Lights are remembered in groups, with one number each of samples and of those among them that arrived. No group is
+//! ever given up, so that what is chosen less counts for more when it arrives.
 
 use crate::shade::LIGHT_GROUPS;
 
