@@ -18,7 +18,6 @@ use super::sight::{Sight, surface};
 use crate::entry::{About, Bias, parameters};
 use crate::sample::Rng;
 use crate::shade::{Arriving, EvenLights, Interaction, Sent, TilePart};
-use crate::technique::radiance::viewer_key;
 use crate::trace::{Caster, RayCounter};
 
 /// Keys its random numbers.
@@ -84,7 +83,7 @@ impl LightSamples {
             presampled: Vec::new(),
         };
         if self.parameters.selection == Selection::Product {
-            let keys = [self.terms.seed ^ viewer_key(shot), u64::from(shot.frame)];
+            let keys = [self.terms.seed, u64::from(shot.frame)];
             let presample = || selecting.presample(self.parameters.rays, keys);
             rendered.stages.time("rendering", presample);
         }
@@ -120,9 +119,8 @@ struct Lit<'a> {
 impl ShadingFunction for Lit<'_> {
     fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         let shot = self.shot;
-        let stream = STREAM ^ viewer_key(shot);
         each_pixel(first_pixel, out, |pixel| {
-            let mut rng = Rng::new(self.seed, stream, u64::from(pixel), u64::from(sample));
+            let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
             let sight = Sight::of(shot, caster, pixel, &mut rng);
             match sight.surface {
                 Some(seen) => sight.seen + self.scattered(caster, &surface(shot, seen), &mut rng),
