@@ -214,11 +214,11 @@ impl HashCache {
         rendered.non_finite += all.non_finite;
         rendered.found.push(("stored_samples", all.stored as f64));
         rendered.found.push(("cells_updated", all.cells as f64));
+        rendered.found.push(("dropped_samples", all.dropped as f64));
         if all.dropped > 0 {
-            let dropped = all.dropped;
-            rendered.notes.push(format!(
-                "{dropped} samples lay outside of the cells of the first frame and were dropped"
-            ));
+            // The same words of every frame are one note of the job.
+            let note = "samples outside of the cells of the first frame were dropped: dropped_samples has how many";
+            rendered.notes.push(note.into());
         }
     }
 
