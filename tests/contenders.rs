@@ -1,16 +1,17 @@
 //! What every contender of every technique must do, read from the registry: a new one is tested the day it is listed.
 
-use glam::{DMat4, DVec3};
+use glam::{DAffine3, DMat4, DVec3};
 use lightbench::entry::Bias;
 use lightbench::environment::{Environment, EnvironmentOptions};
 use lightbench::image::Image;
 use lightbench::registry::TECHNIQUES;
 use lightbench::scene::{Material, Scene, SceneDescription, ShapeDescription, ShapeSource, View};
 use lightbench::technique::{
-    Choice, Film, Passes, Rendered, Shot, Technique, TechniqueEntry, Terms, reference_pass,
+    Choice, Contender, Film, Listed as AsListed, Passes, Rendered, Shot, Technique, TechniqueEntry,
+    Terms, play_frame, reference_pass,
 };
 use lightbench::trace::{RayCounter, Tracer};
-use lightbench::world::Moment;
+use lightbench::world::{self, Moment, Motion};
 
 /// A technique, one of its contenders, and parameters that make both cheap.
 struct Listed {
@@ -34,17 +35,22 @@ fn cheap(id: &str) -> toml::Table {
     text.parse().expect("toml")
 }
 
+/// A contender with parameters that make it cheap, once for each way that it has to work.
+fn variants(listed: &AsListed) -> Vec<(&AsListed, toml::Table)> {
+    let texts: &[&str] = match listed.id.as_str() {
+        id if id.starts_with("SD") => &["min_cluster_size = 1"],
+        "per-sample" => &["passes = 2"],
+        "rt" => &["", "selection = 'product'"],
+        _ => &[""],
+    };
+    let parsed = |text: &&str| (listed, text.parse().expect("toml"));
+    texts.iter().map(parsed).collect()
+}
+
 fn all() -> Vec<Listed> {
     let mut all = Vec::new();
     for entry in TECHNIQUES {
-        for listed in (entry.contenders)() {
-            let mut parameters = toml::Table::new();
-            if listed.id.starts_with("SD") {
-                parameters.insert("min_cluster_size".into(), 1.into());
-            }
-            if listed.id == "per-sample" {
-                parameters.insert("passes".into(), 2.into());
-            }
+        for (listed, parameters) in (entry.contenders)().iter().flat_map(variants) {
             let technique = (entry.build)(&cheap(entry.about.id)).expect("parameters");
             let started = technique.start(&listed.id, &parameters, Terms::default());
             match started.map(|started| started.id) {
@@ -58,7 +64,7 @@ fn all() -> Vec<Listed> {
             all.push(Listed {
                 entry,
                 technique,
-                id: listed.id,
+                id: listed.id.clone(),
                 biases: listed.parts.iter().map(|part| part.bias).collect(),
                 parameters,
             });
@@ -69,7 +75,7 @@ fn all() -> Vec<Listed> {
 
 impl Listed {
     fn name(&self) -> String {
-        format!("{} {}", self.entry.about.id, self.id)
+        format!("{} {} {}", self.entry.about.id, self.id, self.parameters)
     }
 
     fn choice(&self, budget: usize, seed: u64) -> Choice<'_> {
@@ -91,10 +97,34 @@ impl Listed {
     }
 
     fn remembers(&self) -> bool {
-        let started = self
-            .technique
-            .start(&self.id, &self.parameters, Terms::default());
-        started.expect("starts").contender.remembers()
+        self.started(Terms::default()).remembers()
+    }
+
+    fn started(&self, terms: Terms) -> Box<dyn Contender + '_> {
+        let started = self.technique.start(&self.id, &self.parameters, terms);
+        started.expect("starts").contender
+    }
+
+    /// What a viewer sees of a moment, whose exposure is that of a sequence which begins there.
+    fn shot<'a>(&self, moment: Moment<'a>, viewer: u16, spp: u32) -> Shot<'a> {
+        let view = &moment.scene.views[usize::from(viewer)];
+        let film = Film {
+            width: 16,
+            height: 10,
+            spp,
+        };
+        let technique = self.technique.as_ref();
+        let mut shot = Shot::exposed_for(technique, moment, view, film);
+        shot.viewer = viewer;
+        shot.layer = technique.shared_layer(&shot);
+        shot
+    }
+
+    /// What both viewers see of a moment.
+    fn both<'a>(&self, moment: Moment<'a>, frame: u32) -> Vec<Shot<'a>> {
+        let mut shots: Vec<Shot> = (0..2).map(|viewer| self.shot(moment, viewer, 1)).collect();
+        shots.iter_mut().for_each(|shot| shot.frame = frame);
+        shots
     }
 }
 
@@ -150,37 +180,28 @@ struct World {
     tracer: Tracer,
 }
 
+/// The scene under a sky that is brighter in one place.
+fn under_sky(description: &SceneDescription, technique: &dyn Technique, sky: f32) -> Scene {
+    let mut scene = Scene::build(description, technique.needs()).expect("a scene");
+    let mut map = Image::new(8, 4);
+    map.pixels.fill([sky; 3]);
+    map.pixels[10] = [4.0 * sky; 3];
+    scene.environment = technique
+        .needs()
+        .environment
+        .then(|| Environment::from_image(&map, &EnvironmentOptions::default()).expect("a map"));
+    scene
+}
+
 impl World {
     fn new(description: &SceneDescription, technique: &dyn Technique, sky: f32) -> Self {
-        let mut scene = Scene::build(description, technique.needs()).expect("a scene");
-        let mut map = Image::new(8, 4);
-        map.pixels.fill([sky; 3]);
-        map.pixels[10] = [4.0 * sky; 3];
-        scene.environment = technique
-            .needs()
-            .environment
-            .then(|| Environment::from_image(&map, &EnvironmentOptions::default()).expect("a map"));
+        let scene = under_sky(description, technique, sky);
         let tracer = Tracer::new(&scene.positions, &scene.triangles);
         Self { scene, tracer }
     }
 
     fn shot(&self, listed: &Listed, viewer: u16, spp: u32) -> Shot<'_> {
-        let view = &self.scene.views[usize::from(viewer)];
-        let film = Film {
-            width: 16,
-            height: 10,
-            spp,
-        };
-        let technique = listed.technique.as_ref();
-        let mut shot = Shot::exposed_for(
-            technique,
-            Moment::still(&self.scene, &self.tracer),
-            view,
-            film,
-        );
-        shot.viewer = viewer;
-        shot.layer = technique.shared_layer(&shot);
-        shot
+        listed.shot(Moment::still(&self.scene, &self.tracer), viewer, spp)
     }
 }
 
@@ -220,12 +241,15 @@ fn two_viewers_see_what_each_sees_alone_and_frames_repeat_without_memory() {
         let world = World::new(&room(8.0), technique, 0.5);
         let shots: Vec<Shot> = (0..2).map(|v| world.shot(listed, v, 1)).collect();
         let choice = listed.choice(listed.budget(), 5);
-        let alone: Vec<String> = shots
-            .iter()
-            .map(|shot| fingerprint(&choice.still(technique, shot, None).expect("an image")))
+        // A single run has one viewer, the first.
+        let alone: Vec<String> = (0..2)
+            .map(|view| {
+                let mut shot = world.shot(listed, view, 1);
+                shot.viewer = 0;
+                fingerprint(&choice.still(technique, &shot, None).expect("an image"))
+            })
             .collect();
-        let started = technique.start(choice.method, choice.parameters, choice.terms);
-        let mut contender = started.expect("starts").contender;
+        let mut contender = listed.started(choice.terms);
         for frame in 0..2 {
             let mut images = contender.frame(&shots).expect("images");
             for (viewer, rendered) in images.iter_mut().enumerate() {
@@ -366,4 +390,60 @@ fn memory_over_a_still_scene_is_worth_more_paths() {
     for (a, b) in last.pixels.iter().zip(&all.expect("an image").image.pixels) {
         (0..3).for_each(|c| assert!((a[c] - b[c]).abs() <= 1e-5 * (1.0 + b[c]), "{a:?} {b:?}"));
     }
+}
+
+/// The room, whose block and lamp move and turn.
+fn moving_room(technique: &dyn Technique) -> world::World {
+    let moves = |shape: usize, way: DVec3| Motion {
+        shape,
+        place: Box::new(move |time_s| {
+            DAffine3::from_translation(way * time_s) * DAffine3::from_rotation_y(0.7 * time_s)
+        }),
+    };
+    let motions = vec![
+        moves(1, DVec3::new(-0.9, 0.5, 0.3)),
+        moves(2, DVec3::new(0.4, -0.3, 0.0)),
+    ];
+    world::World::moving(under_sky(&room(8.0), technique, 0.5), motions, &[0.0, 1.0])
+}
+
+/// Broken off and gone on with before every frame, as a killed run does.
+#[test]
+fn over_a_moving_scene_a_sequence_goes_on_to_the_same_bits() {
+    const FRAMES: u32 = 4;
+    let time_s = |frame: u32| f64::from(frame) / f64::from(FRAMES);
+    let mut tested = 0;
+    for listed in all().iter().filter(|listed| listed.remembers()) {
+        tested += 1;
+        let terms = listed.choice(listed.budget(), 5).terms;
+        let play = |contender: &mut dyn Contender, world: &mut world::World, frame: u32| {
+            let shots = listed.both(world.at(time_s(frame)), frame);
+            let images = play_frame(contender, &shots).expect("images");
+            let bits = |image: &Rendered| format!("{} {}", fingerprint(image), image.bytes_cache);
+            images.iter().map(bits).collect::<Vec<String>>()
+        };
+        let mut world = moving_room(listed.technique.as_ref());
+        let mut contender = listed.started(terms);
+        let whole: Vec<Vec<String>> = (0..FRAMES)
+            .map(|frame| play(contender.as_mut(), &mut world, frame))
+            .collect();
+        assert_ne!(whole[1], whole[2], "{}: nothing moves", listed.name());
+        world.rewind();
+        contender = listed.started(terms);
+        for frame in 0..FRAMES {
+            if let Some(before) = frame.checked_sub(1) {
+                let memory = contender.memory().expect("memory");
+                contender = listed.started(terms);
+                world.rewind();
+                let first = listed.both(world.at(time_s(0)), 0);
+                contender.rebuild(&first).expect("the first frame");
+                contender.recall(&memory).expect("its own");
+                world.at(time_s(before));
+            }
+            let images = play(contender.as_mut(), &mut world, frame);
+            let name = format!("{} frame {frame}", listed.name());
+            assert_eq!(images, whole[frame as usize], "{name}");
+        }
+    }
+    assert!(tested >= 8, "{tested} contenders");
 }

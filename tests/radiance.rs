@@ -292,17 +292,41 @@ fn a_sequence_goes_on_from_what_was_remembered() {
         let mut first = cache(technique.as_ref(), &text, 1);
         built.play(first.as_mut(), 3);
         let mut second = cache(technique.as_ref(), &text, 1);
-        second
-            .recall(&first.memory().expect("memory"))
-            .expect("recalls");
+        let memory = first.memory().expect("memory");
+        assert!(second.recall(&memory).is_err(), "without cells");
+        second.rebuild(&[built.shot(0)]).expect("cells");
+        second.recall(&memory).expect("recalls");
         // Asked again before a frame is played, it still knows.
-        assert_eq!(
-            second.memory().expect("memory"),
-            first.memory().expect("memory")
-        );
+        assert_eq!(second.memory().expect("memory"), memory);
         let resumed = second.frame(&[built.shot(3)]).expect("a frame");
         assert_eq!(resumed[0].image.pixels, expected.image.pixels);
     }
+}
+
+/// Each frame drops another number of samples; a job has one note for all of them.
+#[test]
+fn samples_outside_of_the_first_frames_cells_are_counted() {
+    let technique = radiance();
+    let mut contender = cache(technique.as_ref(), "", 1);
+    let mut counts = Vec::new();
+    let mut notes = Vec::new();
+    for frame in 0..3 {
+        let mut description = lamp_room();
+        let block = &mut description.shapes[1];
+        block.to_world =
+            DMat4::from_translation(DVec3::Y * 0.4 * f64::from(frame)) * block.to_world;
+        let built = Built::new(&description);
+        let mut images = contender.frame(&[built.shot(frame)]).expect("a frame");
+        counts.push(found(&images[0], "dropped_samples"));
+        notes.append(&mut images[0].notes);
+    }
+    assert_eq!(counts[0], 0.0);
+    assert!(
+        counts[1] > 0.0 && counts[2] > 0.0 && counts[1] != counts[2],
+        "{counts:?}"
+    );
+    assert_eq!(notes.len(), 2);
+    assert_eq!(notes[0], notes[1]);
 }
 
 #[test]

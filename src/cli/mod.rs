@@ -20,6 +20,7 @@ mod render;
 mod replay;
 mod report;
 mod run;
+mod shard;
 
 use std::process::ExitCode;
 

@@ -1,6 +1,6 @@
 //! `plan`: the frozen job list; and the selection that `run` shares.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -9,6 +9,7 @@ use glob::Pattern;
 use super::args::{PlanArgs, Selection};
 use super::exit::{self, Failure};
 use super::out::say;
+use super::shard::Shard;
 use crate::experiment::{
     Config, Job, JobMemory, Override, Plan, Source, Store, Suite, foresee, plan,
 };
@@ -108,8 +109,8 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
         let alike = jobs.chunk_by(|a, b| a.scene == b.scene);
         scenes.extend(alike.map(|jobs| jobs[0].scene.clone()));
         let selected = filter.selected(jobs);
-        planned.plan.sharded = filter.is_shard().then_some(selected.len());
-        planned.plan.jobs = filter.own(selected);
+        planned.plan.sharded = (!filter.shard.is_whole()).then_some(selected.len());
+        planned.plan.jobs = filter.shard.own(selected);
     }
     if all.iter().all(|p| p.plan.jobs.is_empty()) {
         let scenes: Vec<String> = scenes.into_iter().collect();
@@ -124,35 +125,18 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
 struct Filter {
     scene: Option<Pattern>,
     method: Option<Pattern>,
-    /// Zero-based shard and number of shards.
-    shard: (usize, usize),
+    shard: Shard,
 }
 
 impl Filter {
     fn new(selection: &Selection) -> Result<Self, Failure> {
         let glob = |pattern: &Option<String>| pattern.as_deref().map(Pattern::new).transpose();
-        let shard = match &selection.shard {
-            None => (0, 1),
-            Some(text) => text
-                .split_once('/')
-                .and_then(|(k, n)| Some((k.parse::<usize>().ok()?, n.parse::<usize>().ok()?)))
-                .filter(|(k, n)| *k >= 1 && k <= n)
-                .map(|(k, n)| (k - 1, n))
-                .ok_or_else(|| {
-                    Failure::usage(format!(
-                        "--shard {text}: expected K/N with 1 ≤ K ≤ N, for example 2/8"
-                    ))
-                })?,
-        };
+        let shard = selection.shard.as_deref().map(Shard::parse).transpose()?;
         Ok(Self {
             scene: glob(&selection.scene)?,
             method: glob(&selection.method)?,
-            shard,
+            shard: shard.unwrap_or(Shard::WHOLE),
         })
-    }
-
-    fn is_shard(&self) -> bool {
-        self.shard.1 > 1
     }
 
     /// Those of the scenes and methods that are asked for.
@@ -163,32 +147,6 @@ impl Filter {
         jobs.into_iter()
             .filter(|j| matches(&self.scene, &j.scene) && matches(&self.method, &j.label))
             .collect()
-    }
-
-    /// Those of this shard.
-    fn own(&self, mut selected: Vec<Job>) -> Vec<Job> {
-        let own = self.shard_of(&selected);
-        let mut own = own.into_iter();
-        selected.retain(|_| own.next().unwrap_or(false));
-        selected
-    }
-
-    /// Which jobs are this shard's. Jobs that share references stay together, so that no reference is rendered twice;
-    /// where there are fewer of such groups than shards they are dealt one by one.
-    fn shard_of(&self, jobs: &[Job]) -> Vec<bool> {
-        let (shard, shards) = self.shard;
-        let mut groups: Vec<&str> = jobs.iter().map(|job| job.reference.as_str()).collect();
-        groups.sort_unstable();
-        groups.dedup();
-        let by_group = groups.len() >= shards;
-        let mut order: HashMap<&str, usize> = HashMap::new();
-        let dealt = jobs.iter().enumerate().map(|(i, job)| {
-            let next = order.len();
-            let group = *order.entry(&job.reference).or_insert(next);
-            let number = if by_group { group } else { i };
-            number % shards == shard
-        });
-        dealt.collect()
     }
 }
 

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use glam::DVec3;
@@ -260,17 +260,19 @@ fn contents(path: &Path) -> String {
 type Stamp = (PathBuf, u64, SystemTime);
 
 impl Job {
-    /// Key of all its references together, from what they show: the same for all methods and seeds.
-    pub(super) fn reference_key(&self, scene: &SceneDescription) -> String {
-        let references: Vec<String> = self
+    /// One key of all its references together and the key of each, from what they show: the same for all methods and
+    /// seeds.
+    pub(super) fn references(&self, scene: &SceneDescription) -> (String, Arc<[String]>) {
+        let references: Arc<[String]> = self
             .sequence
             .measured()
             .flat_map(|frame| self.references_of(frame, scene).unwrap_or_default())
             .collect();
-        match &references[..] {
+        let together = match &references[..] {
             [one] => one.clone(),
             several => hash(&several.join(" ")),
-        }
+        };
+        (together, references)
     }
 
     /// Fills in the content id, from what the job does and the key of its references.

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -112,6 +113,9 @@ pub struct Job {
     pub sweep: BTreeMap<String, Value>,
     /// Key of the reference image; of a sequence one that stands for all of its references.
     pub reference: String,
+    /// Keys of all of its references, frame by frame; not written with a plan.
+    #[serde(skip)]
+    pub references: Arc<[String]>,
     /// Whether the job counts as done with non-finite samples.
     pub allow_non_finite: bool,
 }
@@ -421,7 +425,7 @@ impl Planner<'_> {
             return Ok(());
         }
         let key = scene_key(description);
-        let mut references: Option<String> = None;
+        let mut references: Option<(String, Arc<[String]>)> = None;
         for (method, label, parameters) in methods {
             for repeat in 0..config.repeats {
                 let mut job = Job {
@@ -452,10 +456,11 @@ impl Planner<'_> {
                     spp: config.spp,
                     sweep: self.sweep.clone(),
                     reference: String::new(),
+                    references: Arc::default(),
                     allow_non_finite: config.allow_non_finite,
                 };
-                let references = references.get_or_insert_with(|| job.reference_key(description));
-                job.reference.clone_from(references);
+                let shared = references.get_or_insert_with(|| job.references(description));
+                (job.reference, job.references) = shared.clone();
                 job.identify(entry, technique.as_ref());
                 plan.jobs.push(job);
             }

@@ -56,8 +56,8 @@ impl Player<'_> {
         let exposures = truths.exposures(|| self.exposures(loaded))?;
         let mut state = Checkpoint::read(self.folder);
         let mut contender = self.start(state.count)?;
-        contender.recall(&state.memory)?;
         self.rewind(loaded, truths, &exposures, contender.as_mut(), state.done)?;
+        contender.recall(&state.memory)?;
         let mut written = std::time::Instant::now();
         let frames = sequence.frames.iter().enumerate().skip(state.done);
         for (place, &number) in frames {
@@ -118,8 +118,8 @@ impl Player<'_> {
         started.map(|Started { contender, .. }| contender)
     }
 
-    /// The world one frame before the next one that is played, with settings searched for again: the beginning, or
-    /// after a checkpoint.
+    /// The world one frame before the next one that is played: the beginning, or after a checkpoint. Then the contender
+    /// has seen the first frame's scene again, and searched for its settings.
     fn rewind(
         &self,
         loaded: &mut Loaded,
@@ -133,11 +133,12 @@ impl Player<'_> {
         let Some(before) = done.checked_sub(1) else {
             return Ok(());
         };
+        let first = sequence.frames[0];
+        let views = loaded.views(self.job, first)?;
+        let moment = loaded.world.at(sequence.time_s(first));
+        let shots = self.shots(moment, &views, (first, exposures));
+        contender.rebuild(&shots)?;
         if contender.searches() {
-            let first = sequence.frames[0];
-            let views = loaded.views(self.job, first)?;
-            let moment = loaded.world.at(sequence.time_s(first));
-            let shots = self.shots(moment, &views, (first, exposures));
             self.search(contender, &shots, truths)?;
         }
         loaded.world.at(sequence.time_s(sequence.frames[before]));

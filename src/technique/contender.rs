@@ -43,12 +43,22 @@ pub trait Contender: Send {
     /// A sentence, where the contender needs what is not there.
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String>;
 
-    /// What it remembers of the frames before, so that an interrupted sequence goes on from there.
+    /// What it remembers of the frames before, so that an interrupted sequence goes on from there. What it made of the
+    /// scene of the first frame need not be part of it: see [`Contender::rebuild`].
     ///
     /// # Errors
     /// A sentence.
     fn memory(&self) -> Result<Vec<u8>, String> {
         Ok(Vec::new())
+    }
+
+    /// Makes anew what it made of the scene of the first frame, of which these are the shots. An interrupted sequence
+    /// that goes on asks for it once, before [`Contender::recall`]; it is not charged again.
+    ///
+    /// # Errors
+    /// A sentence, as for [`Contender::frame`].
+    fn rebuild(&mut self, _first: &[Shot]) -> Result<(), String> {
+        Ok(())
     }
 
     /// Remembers what [`Contender::memory`] gave; nothing where that is empty.

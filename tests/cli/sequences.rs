@@ -48,16 +48,15 @@ id = "paths"
 "#;
 
 fn start(place: &Path, out: &str) -> Child {
+    start_with(place, out, &["moving.toml"])
+}
+
+/// A run that leaves a checkpoint after every frame.
+fn start_with(place: &Path, out: &str, selection: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_lightbench"))
-        .args([
-            "run",
-            "moving.toml",
-            "--quiet",
-            "--checkpoint",
-            "0",
-            "--out",
-            out,
-        ])
+        .arg("run")
+        .args(selection)
+        .args(["--quiet", "--checkpoint", "0", "--out", out])
         .current_dir(place)
         .stdout(Stdio::null())
         .spawn()
@@ -136,6 +135,39 @@ fn a_killed_sequence_goes_on_to_the_same_bits() {
         }
     }
     assert!(alive > 0, "it was never at work");
+}
+
+/// Each is killed as soon as it has a checkpoint: what it goes on with has moved since the first frame.
+#[test]
+fn caches_of_a_moving_scene_go_on_to_the_same_bits() {
+    let place = prepare();
+    let methods = "[[method]]\nid = \"hash-cache\"\nlevels = 6\n[[method]]\nid = \"sharc\"\n";
+    let config = CONFIG.split("[[method]]").next().expect("the rest");
+    let config = config.replace("path-tracing", "radiance") + methods;
+    fs::write(place.path().join("caches.toml"), config).expect("writable");
+    for method in ["hash-cache", "sharc"] {
+        let start = |out: &str| start_with(place.path(), out, &["caches.toml", "--method", method]);
+        let whole = format!("{method}/whole");
+        assert!(start(&whole).wait().expect("ends").success());
+        let killed = format!("{method}/killed");
+        let mut child = start(&killed);
+        let jobs = place.path().join(&killed).join("jobs");
+        let has_checkpoint = || {
+            let mut all = fs::read_dir(&jobs).into_iter().flatten().flatten();
+            all.any(|entry| entry.path().join("checkpoint.bin").exists())
+        };
+        while !has_checkpoint() {
+            let ended = child.try_wait().expect("runs");
+            assert!(ended.is_none(), "{method} left no checkpoint");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        child.kill().expect("killed");
+        child.wait().expect("ends");
+        assert!(has_checkpoint(), "{method} was done before it was killed");
+        assert!(start(&killed).wait().expect("ends").success(), "{method}");
+        let [whole, killed] = [whole, killed].map(|out| results(&place.path().join(out)));
+        assert_eq!(killed, whole, "{method}");
+    }
 }
 
 /// Both want each of the 38 references; a lock lets one render it while the other waits.

@@ -100,6 +100,7 @@ impl Folder {
             spp: 4,
             sweep,
             reference: "0123456789abcdef".into(),
+            references: Default::default(),
             allow_non_finite: false,
         };
         self.plan.jobs.push(job.clone());

@@ -1,4 +1,4 @@
-//! What was learned, apart from the structure, which a scene gives anew.
+//! What was learned, apart from the structure, which the scene that it was made of gives anew.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

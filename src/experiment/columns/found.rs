@@ -224,7 +224,7 @@ pub const FOUND: &[ColumnEntry] = &[
     found(
         ("dropped_samples", "dropped samples"),
         Unit::Count,
-        "samples of a frame that found no slot in the hash table",
+        "samples of a frame that found no slot in the hash table, or lay outside of the first frame's cells",
     ),
     found(
         ("islands", "islands"),

@@ -48,8 +48,6 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
             parameters: Parameters::read(table)?,
             terms,
             cells: None,
-            remembered: None,
-            sizes: Vec::new(),
         }))
     },
 };
@@ -93,12 +91,8 @@ parameters! {
 struct HashCache {
     parameters: Parameters,
     terms: Terms,
-    /// Built when the scene is first seen.
+    /// Built of the first frame's scene.
     cells: Option<HashCells>,
-    /// What an interrupted sequence had learned, until the cells are built.
-    remembered: Option<Vec<u8>>,
-    /// Sizes of the cells, as the row tells them.
-    sizes: Vec<(&'static str, f64)>,
 }
 
 impl Contender for HashCache {
@@ -108,14 +102,25 @@ impl Contender for HashCache {
 
     fn memory(&self) -> Result<Vec<u8>, String> {
         let Some(cells) = &self.cells else {
-            return Ok(self.remembered.clone().unwrap_or_default());
+            return Ok(Vec::new());
         };
         postcard::to_allocvec(&cells.memory()).map_err(|error| error.to_string())
     }
 
-    fn recall(&mut self, memory: &[u8]) -> Result<(), String> {
-        self.remembered = (!memory.is_empty()).then(|| memory.to_vec());
+    fn rebuild(&mut self, first: &[Shot]) -> Result<(), String> {
+        self.cells = first.first().map(|shot| self.built(shot)).transpose()?;
         Ok(())
+    }
+
+    fn recall(&mut self, memory: &[u8]) -> Result<(), String> {
+        if memory.is_empty() {
+            return Ok(());
+        }
+        let memory: Vec<_> = postcard::from_bytes(memory).map_err(|error| error.to_string())?;
+        match &mut self.cells {
+            Some(cells) => cells.recall(&memory),
+            None => Err("what was remembered lies in cells that are not built yet".into()),
+        }
     }
 
     fn foreseen(&self, scene: &Scene, film: Film) -> Option<Foreseen> {
@@ -137,7 +142,7 @@ impl Contender for HashCache {
         };
         let mut cells = match self.cells.take() {
             Some(cells) => cells,
-            None => self.built(first, rendered)?,
+            None => rendered.stages.time("cells", || self.built(first))?,
         };
         if self.parameters.wipe == Some(first.frame) {
             cells.wipe();
@@ -147,7 +152,7 @@ impl Contender for HashCache {
         }
         for (shot, rendered) in shots.iter().zip(&mut images) {
             self.show(&cells, shot, rendered);
-            rendered.found.extend(&self.sizes);
+            rendered.found.extend(sizes(&cells));
         }
         // What viewers share is held once.
         images[0].bytes_cache = cells.bytes();
@@ -163,20 +168,10 @@ impl Contender for HashCache {
 }
 
 impl HashCache {
-    /// The cells of the scene, with what is remembered of earlier frames.
-    fn built(&mut self, shot: &Shot, rendered: &mut Rendered) -> Result<HashCells, String> {
-        let options = self.options();
+    /// The cells of a scene, without samples.
+    fn built(&self, shot: &Shot) -> Result<HashCells, String> {
         let scene = shot.scene;
-        let mut cells = rendered.stages.time("cells", || {
-            HashCells::new(&scene.positions, &scene.triangles, options)
-        })?;
-        self.sizes = sizes(&cells);
-        if let Some(memory) = self.remembered.take() {
-            let memory: Vec<_> =
-                postcard::from_bytes(&memory).map_err(|error| error.to_string())?;
-            cells.recall(&memory)?;
-        }
-        Ok(cells)
+        HashCells::new(&scene.positions, &scene.triangles, self.options())
     }
 
     fn options(&self) -> Options {
@@ -219,11 +214,11 @@ impl HashCache {
         rendered.non_finite += all.non_finite;
         rendered.found.push(("stored_samples", all.stored as f64));
         rendered.found.push(("cells_updated", all.cells as f64));
+        rendered.found.push(("dropped_samples", all.dropped as f64));
         if all.dropped > 0 {
-            let dropped = all.dropped;
-            rendered.notes.push(format!(
-                "{dropped} samples lay outside of the cells of the first frame and were dropped"
-            ));
+            // The same words of every frame are one note of the job.
+            let note = "samples outside of the cells of the first frame were dropped: dropped_samples has how many";
+            rendered.notes.push(note.into());
         }
     }
 

@@ -430,4 +430,9 @@ fn a_small_table_says_what_it_dropped() {
     assert_eq!(found(last, "occupancy"), 1.0);
     assert!(found(last, "dropped_samples") > 0.0);
     assert!(last.notes.iter().any(|note| note.contains("dropped")));
+    assert_ne!(
+        found(&images[0], "dropped_samples"),
+        found(last, "dropped_samples")
+    );
+    assert_eq!(images[0].notes, last.notes, "one note of the job");
 }
