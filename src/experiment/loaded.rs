@@ -29,7 +29,7 @@ impl Loaded {
         let scene = Scene::build(&moved, needs)?;
         darkness::refuse_loaded(needs, &scene).map_err(RunError::Unfit)?;
         Ok(Self {
-            world: World::declared(scene, &moved),
+            world: World::declared(scene, &moved)?,
             declared,
             moved,
         })
