@@ -232,7 +232,12 @@ impl FoundScene<'_> {
             return Ok((Sequence::still(&view.name), view.clone()));
         };
         let path = self.choice.path.as_deref();
-        let resolved = spec.resolve(&self.description, path, &view.name);
+        // A size that is refused is refused for the view as well.
+        let size = |view: &View| {
+            let size = self.size(config, view);
+            size.unwrap_or([view.width, view.height])
+        };
+        let resolved = spec.resolve(&self.description, path, &view.name, &size);
         let sequence = resolved.map_err(|(key, message)| match (key, path) {
             ("path", Some(_)) => self.error("path", message),
             _ => self.source.error(&["sequence", key], message),

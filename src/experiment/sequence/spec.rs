@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Sequence, Viewer};
-use crate::scene::SceneDescription;
 use crate::scene::path::CameraPath;
+use crate::scene::{SceneDescription, View};
 use crate::suggest::hint;
 
 /// Most frames of a sequence.
@@ -134,13 +134,14 @@ pub enum KeepWord {
 pub type Fault = (&'static str, String);
 
 impl SequenceSpec {
-    /// The sequence of a scene. `path` is the scene's own choice of a path, and `view` the view of a camera that
-    /// stands.
+    /// The sequence of a scene. `path` is the scene's own choice of a path, `view` the view of a camera that stands,
+    /// and `size` that of the images of a camera.
     pub fn resolve(
         &self,
         scene: &SceneDescription,
         path: Option<&str>,
         view: &str,
+        size: &dyn Fn(&View) -> [usize; 2],
     ) -> Result<Sequence, Fault> {
         let frames = self.frames.numbers().map_err(|why| ("frames", why))?;
         if !(self.fps.is_finite() && self.fps > 0.0) {
@@ -166,7 +167,7 @@ impl SequenceSpec {
             return Err(("warm_up", why));
         }
         let mut sequence = Sequence {
-            viewers: self.viewers(scene, path, view)?,
+            viewers: self.viewers(scene, path, view, size)?,
             fps: self.fps,
             warm_up: self.warm_up,
             measure_every: self.measure_every,
@@ -185,6 +186,7 @@ impl SequenceSpec {
         scene: &SceneDescription,
         path: Option<&str>,
         view: &str,
+        size: &dyn Fn(&View) -> [usize; 2],
     ) -> Result<Vec<Viewer>, Fault> {
         let path = path.or(self.path.as_deref());
         let viewers: Vec<Viewer> = match &self.viewers {
@@ -198,7 +200,7 @@ impl SequenceSpec {
                 return Err(("viewers", why));
             }
             Some(ViewersSpec::Rule(rule)) => match rule.overlap {
-                Some(overlap) => turned(scene, path, rule.count, overlap)?,
+                Some(overlap) => turned(scene, path, (rule.count, overlap), size)?,
                 None => first(scene, rule)?,
             },
         };
@@ -303,8 +305,8 @@ fn first(scene: &SceneDescription, rule: &ViewerRule) -> Result<Vec<Viewer>, Fau
 fn turned(
     scene: &SceneDescription,
     path: Option<&str>,
-    count: usize,
-    overlap: f64,
+    (count, overlap): (usize, f64),
+    size: &dyn Fn(&View) -> [usize; 2],
 ) -> Result<Vec<Viewer>, Fault> {
     let Some(name) = path else {
         let why = "viewers with an `overlap` are copies of one path: name it as `path`";
@@ -315,7 +317,8 @@ fn turned(
     }
     let path = find(scene, name, "path")?;
     let view = path.view(path.span_s()[0]);
-    let [tangent, _] = view.half_tangents(view.width, view.height);
+    let [width, height] = size(&view);
+    let [tangent, _] = view.half_tangents(width, height);
     let step_deg = (1.0 - overlap) * 2.0 * tangent.atan().to_degrees();
     let mut viewers = Vec::new();
     for copy in 0..count {

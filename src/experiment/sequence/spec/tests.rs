@@ -1,5 +1,7 @@
 use super::*;
-use crate::scene::find_scene_in;
+use crate::scene::motion::Placement;
+use crate::scene::path::PathSource;
+use crate::scene::{FovAxis, find_scene_in};
 
 fn scene() -> SceneDescription {
     let place = tempfile::tempdir().expect("a folder");
@@ -29,7 +31,7 @@ fn spec(text: &str) -> SequenceSpec {
 }
 
 fn resolve(text: &str) -> Result<Sequence, String> {
-    let resolved = spec(text).resolve(&scene(), None, "main");
+    let resolved = spec(text).resolve(&scene(), None, "main", &|view| [view.width, view.height]);
     resolved.map_err(|(key, why)| format!("{key}: {why}"))
 }
 
@@ -133,5 +135,31 @@ fn what_is_wrong_is_named() {
     ] {
         let error = resolve(text).expect_err(text);
         assert!(error.contains(expected), "{error} ({expected})");
+    }
+}
+
+/// The path's picture is 16 : 9; that of the job counts.
+#[test]
+fn viewers_overlap_in_the_pictures_of_the_job() {
+    let mut scene = scene();
+    let view = scene.views[0].clone();
+    let tall = View {
+        fov_axis: FovAxis::Y,
+        ..view
+    };
+    let placement = Placement::default();
+    scene.paths[0].source = PathSource::Carried {
+        view: tall,
+        placement,
+    };
+    let spec = spec("frames = 1\npath = \"walk\"\nviewers = { count = 2, overlap = 0 }");
+    for (size, tangent) in [([240, 60], 4.0_f64), ([60, 60], 1.0), ([30, 60], 0.5)] {
+        let sequence = spec.resolve(&scene, None, "main", &|_| size);
+        let views = sequence.expect("ok").views(&scene, 0.0).expect("views");
+        let angle = views[0].forward.angle_between(views[1].forward);
+        assert!(
+            (angle - 2.0 * tangent.atan()).abs() < 1e-9,
+            "{size:?}: {angle}"
+        );
     }
 }
