@@ -316,3 +316,34 @@ fn a_motion_turns_the_environment_that_a_config_chooses() {
     assert_eq!(errors[1], errors[2]);
     assert!(errors[0] != errors[1] && errors[0].len() == 2, "{errors:?}");
 }
+
+/// A path of a scene that no viewer would follow: the scene would give the same numbers as the one before it.
+#[test]
+fn a_path_beside_viewers_is_refused_at_its_place() {
+    let place = prepare();
+    let other = "name = \"room.toml\"\n[[scene]]\nname = \"room.toml\"\nlabel = \"other\"\npath = \"walk\"\n";
+    let config = CONFIG
+        .replace("path = \"walk\"\nframes", "viewers = { count = 1 }\nframes")
+        .replace("name = \"room.toml\"\n", other);
+    for (text, at) in [
+        (config, "moving.toml:23:1:"),
+        (
+            CONFIG.replace("fps = 20", "fps = 20\nviewers = [\"walk\"]"),
+            "moving.toml:8:1:",
+        ),
+    ] {
+        fs::write(place.path().join("moving.toml"), text).expect("writable");
+        let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+            .args(["run", "moving.toml", "--out", "x/moving"])
+            .current_dir(place.path())
+            .output()
+            .expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(at) && said.contains("`walk` would not be followed"),
+            "{said} ({at})"
+        );
+        assert!(!place.path().join("x").exists(), "nothing is written");
+    }
+}

@@ -18,7 +18,8 @@ const KEPT: usize = 8;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SequenceSpec {
-    /// Camera path of the scene; without it and without `viewers` the camera stands at the scene's view.
+    /// Camera path of the scene; without it and without `viewers` the camera stands at the scene's view. Beside
+    /// `viewers` only where they overlap.
     #[serde(default)]
     pub path: Option<String>,
     /// Numbers of the frames that are rendered one after another: how many (`120`), `"from..to"` or
@@ -89,7 +90,7 @@ pub enum ViewersSpec {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewerRule {
-    /// Paths to take the first ones of; default: all of the scene, in its order.
+    /// Paths to take the first ones of, without an overlap; default: all of the scene, in its order.
     #[serde(default)]
     pub paths: Vec<String>,
     /// How many viewers.
@@ -189,6 +190,17 @@ impl SequenceSpec {
         size: &dyn Fn(&View) -> [usize; 2],
     ) -> Result<Vec<Viewer>, Fault> {
         let path = path.or(self.path.as_deref());
+        let overlap = match &self.viewers {
+            Some(ViewersSpec::Rule(rule)) => rule.overlap,
+            _ => None,
+        };
+        if let (Some(_), Some(name), None) = (&self.viewers, path, overlap) {
+            let why = format!(
+                "path: `viewers` say who looks, and `{name}` would not be followed: leave one of them out, or give \
+                 viewers an `overlap` for copies of it"
+            );
+            return Err(("path", why));
+        }
         let viewers: Vec<Viewer> = match &self.viewers {
             None => match path {
                 None => vec![Viewer::View(view.to_owned())],
@@ -199,7 +211,11 @@ impl SequenceSpec {
                 let why = format!("viewers: expected a count from 1 to {MOST_VIEWERS}");
                 return Err(("viewers", why));
             }
-            Some(ViewersSpec::Rule(rule)) => match rule.overlap {
+            Some(ViewersSpec::Rule(rule)) if overlap.is_some() && !rule.paths.is_empty() => {
+                let why = "viewers with an `overlap` are copies of `path`: leave `paths` out";
+                return Err(("viewers", why.into()));
+            }
+            Some(ViewersSpec::Rule(rule)) => match overlap {
                 Some(overlap) => turned(scene, path, (rule.count, overlap), size)?,
                 None => first(scene, rule)?,
             },

@@ -129,6 +129,18 @@ fn what_is_wrong_is_named() {
             "name it as `path`",
         ),
         (
+            "frames = 3\npath = \"walk\"\nviewers = { count = 2, overlap = 0.5, paths = [\"pair\"] }",
+            "viewers: viewers with an `overlap` are copies of `path`: leave `paths` out",
+        ),
+        (
+            "frames = 3\npath = \"walk\"\nviewers = [\"pair\"]",
+            "path: path: `viewers` say who looks, and `walk` would not be followed",
+        ),
+        (
+            "frames = 3\npath = \"walk\"\nviewers = { count = 2 }",
+            "path: path: `viewers` say who looks",
+        ),
+        (
             "frames = 3\npath = \"walk\"\nviewers = { count = 2, overlap = 2 }",
             "from 0 to 1",
         ),
