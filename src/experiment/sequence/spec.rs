@@ -239,7 +239,10 @@ impl SequenceSpec {
                     let why = format!("keep: frame {frame} is not rendered");
                     return Err(("keep", why));
                 }
-                frames.clone()
+                let mut frames = frames.clone();
+                frames.sort_unstable();
+                frames.dedup();
+                frames
             }
         })
     }

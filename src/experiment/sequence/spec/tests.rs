@@ -92,6 +92,7 @@ fn images_are_kept_as_asked() {
     assert_eq!(kept("keep = \"all\"").len(), 100);
     assert_eq!(kept("keep = \"none\"").len(), 0);
     assert_eq!(kept("keep = [0, 99]"), [0, 99]);
+    assert_eq!(kept("keep = [6, 0, 0]"), [0, 6]);
 }
 
 #[test]
