@@ -114,7 +114,10 @@ fn unit_scale() -> Scale {
 
 /// A name or a list of names.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "environment: expected the name of a map or a list of such"
+)]
 pub enum OneOrMore {
     /// A string.
     One(String),

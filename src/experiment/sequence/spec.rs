@@ -66,7 +66,10 @@ pub(super) fn is_one(number: &usize) -> bool {
 
 /// Which frames are rendered.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "frames: expected how many (120), \"from..to\", \"from..to..step\" or a list, in whole numbers of at least 0"
+)]
 pub enum Frames {
     /// So many, numbered from 0.
     Count(u32),
@@ -78,7 +81,10 @@ pub enum Frames {
 
 /// Who looks.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "viewers: expected a list of names of paths, or { count = 2 } with `paths` or `overlap` besides"
+)]
 pub enum ViewersSpec {
     /// Each path by name; of a stereo pair both eyes.
     Paths(Vec<String>),
@@ -103,7 +109,10 @@ pub struct ViewerRule {
 
 /// Of which frames images are kept.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "keep: expected \"some\", \"measured\", \"all\", \"none\" or a list of frames"
+)]
 pub enum Keep {
     /// By a rule.
     Word(KeepWord),
@@ -147,6 +156,11 @@ impl SequenceSpec {
         let frames = self.frames.numbers().map_err(|why| ("frames", why))?;
         if !(self.fps.is_finite() && self.fps > 0.0) {
             return Err(("fps", "fps: expected a number above 0".into()));
+        }
+        let last = frames[frames.len() - 1];
+        if !(f64::from(last) / self.fps).is_finite() {
+            let why = format!("fps: expected more, so that the time of frame {last} is finite");
+            return Err(("fps", why));
         }
         if self.measure_every == 0 {
             let why = "measure_every: expected a whole number of at least 1";

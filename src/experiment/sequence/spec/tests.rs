@@ -107,6 +107,10 @@ fn what_is_wrong_is_named() {
             "frames = 3\nfps = nan",
             "fps: fps: expected a number above 0",
         ),
+        (
+            "frames = 3\nfps = 5e-324",
+            "fps: fps: expected more, so that the time of frame 2",
+        ),
         ("frames = 3\nwarm_up = 3", "leave none of 3"),
         ("frames = 3\nmeasure_every = 0", "at least 1"),
         ("frames = 3\nmeasure_run = 0", "expected 1 to 1"),
@@ -174,5 +178,23 @@ fn viewers_overlap_in_the_pictures_of_the_job() {
             (angle - 2.0 * tangent.atan()).abs() < 1e-9,
             "{size:?}: {angle}"
         );
+    }
+}
+
+#[test]
+fn values_of_another_kind_are_told_what_is_expected() {
+    for (text, expected) in [
+        ("frames = -1", "frames: expected how many"),
+        ("frames = 1.5", "frames: expected how many"),
+        ("frames = 3\nkeep = \"sum\"", "keep: expected \"some\""),
+        ("frames = 3\nviewers = 3", "viewers: expected a list"),
+        (
+            "frames = 3\nviewers = { paths = [\"walk\"] }",
+            "or { count = 2 }",
+        ),
+    ] {
+        let error = toml::from_str::<SequenceSpec>(text).expect_err(text);
+        let error = error.message();
+        assert!(error.contains(expected), "{error} ({expected})");
     }
 }
