@@ -358,7 +358,7 @@ fn what_moves_carries_its_texels_along() {
             shape,
             place: Box::new(place),
         });
-        let mut world = World::moving(scene, moves.collect(), &[0.0, 1.0, 2.0]);
+        let mut world = World::moving(scene, moves.collect(), &[0.0, 1.0, 2.0]).expect("a world");
         let origin = world.origin();
         let mut contender = cones(technique.as_ref(), "motion = 'cones'");
         let mut last = Rendered::default();

@@ -51,7 +51,7 @@ fn check_gltf(name: &str, time_s: f64) {
         }
     }
     let scene = Scene::build(&description, Needs::ALL).expect("builds");
-    let mut world = World::declared(scene, &description);
+    let mut world = World::declared(scene, &description).expect("a world");
     let mut scene = world.at(time_s).scene.clone();
     if let Some(path) = description.paths.first() {
         scene.views[0] = path.view(time_s);
@@ -119,7 +119,7 @@ fn a_moment_of_a_moving_scene_along_a_path() {
         }
     }
     let scene = Scene::build(&description, Needs::ALL).expect("builds");
-    let mut world = World::declared(scene, &description);
+    let mut world = World::declared(scene, &description).expect("a world");
     let mut seen = Vec::new();
     for time_s in [0.5, 1.7, 0.5] {
         let mut scene = world.at(time_s).scene.clone();

@@ -74,7 +74,7 @@ fn lamps_stay_where_they_are_when_the_box_grows() {
         intensity: [1.0; 3],
         cone: None,
     });
-    let mut world = World::moving(built, vec![rising()], &[0.0, 9.0]);
+    let mut world = World::moving(built, vec![rising()], &[0.0, 9.0]).expect("a world");
     let scene = world.at(9.0).scene;
     let position = scene.point_lights[0].position.as_dvec3() + scene.origin;
     assert!(
@@ -85,7 +85,7 @@ fn lamps_stay_where_they_are_when_the_box_grows() {
 
 #[test]
 fn shapes_move_and_hits_know_where_they_were() {
-    let mut world = World::moving(scene(), vec![rising()], &[0.0, 0.5, 1.0]);
+    let mut world = World::moving(scene(), vec![rising()], &[0.0, 0.5, 1.0]).expect("a world");
     let (mut last, mut lengths) = (None, Vec::new());
     for time_s in [0.0, 0.5, 1.0] {
         let moment = world.at(time_s);
@@ -115,7 +115,7 @@ fn shapes_move_and_hits_know_where_they_were() {
 /// Another viewer of the same moment, and a step back.
 #[test]
 fn the_same_time_is_the_same_moment_and_time_may_go_back() {
-    let mut world = World::moving(scene(), vec![rising()], &[0.0, 1.0]);
+    let mut world = World::moving(scene(), vec![rising()], &[0.0, 1.0]).expect("a world");
     world.at(0.0);
     let seen = |moment: Moment| {
         let hit = hit(moment.tracer, above(&moment, 2.0)).expect("the ball");
@@ -130,7 +130,7 @@ fn the_same_time_is_the_same_moment_and_time_may_go_back() {
 /// The moved tracer answers as one built for that moment.
 #[test]
 fn a_moment_is_traced_as_if_built_for_it() {
-    let mut world = World::moving(scene(), vec![rising()], &[0.0, 1.0]);
+    let mut world = World::moving(scene(), vec![rising()], &[0.0, 1.0]).expect("a world");
     for time_s in [1.0, 0.25] {
         let moment = world.at(time_s);
         let anew = Tracer::new(&moment.scene.positions, &moment.scene.triangles);
@@ -176,7 +176,7 @@ keys = [{ time = 0, emission = 1, on = true }, { time = 1, emission = 3 }, { tim
     let description = find_scene(&file.to_string_lossy()).expect("a scene");
     let scene = Scene::build(&description, Needs::ALL).expect("builds");
     let rest = scene.environment.clone().expect("a sky");
-    let mut world = World::declared(scene, &description);
+    let mut world = World::declared(scene, &description).expect("a world");
     for (time_s, emission) in [(0.5, 4.0), (1.5, 6.0), (2.0, 0.0), (0.0, 2.0)] {
         let scene = world.at(time_s).scene;
         assert_eq!(scene.shapes[0].emission, Some([emission; 3]), "{time_s}");
@@ -193,5 +193,55 @@ keys = [{ time = 0, emission = 1, on = true }, { time = 1, emission = 3 }, { tim
                 "{time_s}: {found} {expected}"
             );
         }
+    }
+}
+
+/// Each key is fine by itself; the product of two is not.
+#[test]
+fn what_motions_take_beyond_single_precision_is_named_with_its_time() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = place.path().join("room.toml");
+    let scene = r#"
+[[view]]
+origin = [0, 0, 9]
+target = [0, 0, 0]
+fov_deg = 45
+[[shape]]
+kind = "cube"
+emission = 2
+name = "lamp"
+[[light]]
+kind = "point"
+name = "bulb"
+position = [0, 3, 0]
+intensity = 1
+"#;
+    for (moved, keyed, expected) in [
+        ("shape = \"lamp\"", "scale", "the shape `lamp` beyond"),
+        (
+            "shape = \"lamp\"",
+            "emission",
+            "the emission of shape `lamp` beyond",
+        ),
+        (
+            "light = \"bulb\"\npivot = [0, 0, 0]",
+            "scale",
+            "the light `bulb` beyond",
+        ),
+        ("light = \"bulb\"", "emission", "the light `bulb` beyond"),
+    ] {
+        let motion = format!(
+            "[[motion]]\n{moved}\nkeys = [{{ time = 0, {keyed} = 1 }}, {{ time = 2, {keyed} = 1e30 }}]\n"
+        );
+        let declared = |motions: &str| {
+            std::fs::write(&file, format!("{scene}{motions}")).expect("writable");
+            let description = find_scene(&file.to_string_lossy()).expect("a scene");
+            let scene = Scene::build(&description, Needs::ALL).expect("builds");
+            World::declared(scene, &description).map_err(|error| error.to_string())
+        };
+        declared(&motion).map(drop).expect(keyed);
+        let error = declared(&motion.repeat(2)).map(drop).expect_err(keyed);
+        assert!(error.contains(expected), "{error} ({expected})");
+        assert!(error.contains(" s: key smaller values"), "{error}");
     }
 }

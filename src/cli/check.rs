@@ -37,9 +37,26 @@ pub fn run(args: &CheckArgs) -> Result<u8, Failure> {
     if args.json {
         say!("{json:#}");
     } else {
+        json["movable_shapes"] = shortened(&check.movable_shapes);
+        json["movable_lights"] = shortened(&check.movable_lights);
         print(&json, 0);
     }
     Ok(exit::OK)
+}
+
+/// Most names that the text has of a list.
+const NAMES: usize = 24;
+
+/// Names on one line, the first of many; nothing where there are none.
+fn shortened(names: &[String]) -> serde_json::Value {
+    let mut line = names[..names.len().min(NAMES)].join(", ");
+    if names.len() > NAMES {
+        line += &format!(", … and {} more", names.len() - NAMES);
+    }
+    match names.is_empty() {
+        true => Vec::<String>::new().into(),
+        false => vec![line].into(),
+    }
 }
 
 /// `key: value` lines, nested values indented; empty lists are left out.

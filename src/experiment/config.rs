@@ -114,7 +114,10 @@ fn unit_scale() -> Scale {
 
 /// A name or a list of names.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "environment: expected the name of a map or a list of such"
+)]
 pub enum OneOrMore {
     /// A string.
     One(String),
@@ -209,10 +212,14 @@ impl SceneTransform {
     /// Refuses what is no similarity.
     pub(super) fn check(&self) -> Result<(), String> {
         let [x, y, z] = self.translate;
-        let finite = [self.scale, self.rotate_y_deg, x, y, z];
-        match finite.iter().all(|n| n.is_finite()) && self.scale > 0.0 {
+        // Intensities of lights follow the square of the scale.
+        let finite = [self.scale * self.scale, self.rotate_y_deg, x, y, z];
+        match finite.iter().all(|n| (*n as f32).is_finite()) && self.scale > 0.0 {
             true => Ok(()),
-            false => Err("transform: expected finite numbers and a scale above 0".into()),
+            false => Err(
+                "transform: expected finite numbers of at most 3.4e38 and a scale above 0, of at most 1.8e19"
+                    .into(),
+            ),
         }
     }
 }

@@ -29,7 +29,7 @@ impl Loaded {
         let scene = Scene::build(&moved, needs)?;
         darkness::refuse_loaded(needs, &scene).map_err(RunError::Unfit)?;
         Ok(Self {
-            world: World::declared(scene, &moved),
+            world: World::declared(scene, &moved)?,
             declared,
             moved,
         })
@@ -118,11 +118,12 @@ fn describe(job: &Job, needs: Needs) -> Result<SceneDescription, RunError> {
     if let Some(edges) = job.max_depth {
         description.max_depth = edges;
     }
-    if let Some(additions) = &job.additions {
-        additions.add_to(&mut description)?;
-    }
     if let Some(name) = &job.environment {
         description.environment = Some(find_environment(name)?);
+    }
+    // Under the map, which a motion may turn.
+    if let Some(additions) = &job.additions {
+        additions.add_to(&mut description)?;
     }
     description.require_files(needs, job.incomplete)?;
     Ok(description)

@@ -9,7 +9,10 @@ pub struct Scale(pub f64);
 impl<'de> Deserialize<'de> for Scale {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        #[serde(untagged)]
+        #[serde(
+            untagged,
+            expecting = "expected a positive scale such as 0.25 or \"1/4\""
+        )]
         enum Form {
             Number(f64),
             Integer(i64),

@@ -116,11 +116,6 @@ pub(super) fn find_scenes<'a>(
         description.max_depth = edges;
     }
     let additions = Additions::of(config, source);
-    if additions.is_some() {
-        // From the text of the config, so that errors tell the place there.
-        let added = description.add(&source.text, &source.file);
-        added.map_err(|error| ConfigError::Other(error.to_string()))?;
-    }
     let own_name = choice.label.clone();
     let scene = FoundScene {
         source,
@@ -133,16 +128,24 @@ pub(super) fn find_scenes<'a>(
         description,
     };
     let own = choice.environment.as_ref();
-    let Some(environments) = own.or(config.environment.as_ref()) else {
-        return Ok(vec![scene]);
+    let mut scenes = match own.or(config.environment.as_ref()) {
+        None => vec![scene],
+        Some(environments) => {
+            let lit = environments.names().iter().map(|map| {
+                scene.under(map, environments).map_err(|message| match own {
+                    Some(_) => at("environment", message),
+                    None => source.error(&["environment"], message),
+                })
+            });
+            lit.collect::<Result<_, _>>()?
+        }
     };
-    let lit = environments.names().iter().map(|map| {
-        scene.under(map, environments).map_err(|message| match own {
-            Some(_) => at("environment", message),
-            None => source.error(&["environment"], message),
-        })
-    });
-    lit.collect()
+    for scene in scenes.iter_mut().filter(|scene| scene.additions.is_some()) {
+        // From the text of the config, so that errors tell the place there. Under the map, which a motion may turn.
+        let added = scene.description.add(&source.text, &source.file);
+        added.map_err(|error| ConfigError::Other(error.to_string()))?;
+    }
+    Ok(scenes)
 }
 
 /// A scene by its name, or the one that stands in for it.
@@ -229,7 +232,12 @@ impl FoundScene<'_> {
             return Ok((Sequence::still(&view.name), view.clone()));
         };
         let path = self.choice.path.as_deref();
-        let resolved = spec.resolve(&self.description, path, &view.name);
+        // A size that is refused is refused for the view as well.
+        let size = |view: &View| {
+            let size = self.size(config, view);
+            size.unwrap_or([view.width, view.height])
+        };
+        let resolved = spec.resolve(&self.description, path, &view.name, &size);
         let sequence = resolved.map_err(|(key, message)| match (key, path) {
             ("path", Some(_)) => self.error("path", message),
             _ => self.source.error(&["sequence", key], message),

@@ -1,5 +1,7 @@
 //! What `scene check` tells about a scene.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 
 use super::path::CameraPath;
@@ -23,6 +25,10 @@ pub struct SceneCheck {
     pub paths: Vec<CheckedPath>,
     /// How many motions there are.
     pub motions: usize,
+    /// What motions call shapes: each name once, in the order of the file, that of an object before its parts.
+    pub movable_shapes: Vec<String>,
+    /// What motions call lights without extent.
+    pub movable_lights: Vec<String>,
     /// How many the file declares, those with absent meshes included.
     pub shapes: usize,
     /// Those that emit light.
@@ -118,7 +124,11 @@ impl CheckedPath {
 /// technique. Fails as [`Scene::build`] does.
 pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneError> {
     let scene = Scene::build(description, Needs::ALL)?;
+    let shapes = description.shapes.iter();
+    let lights = description.lights.iter();
     Ok(SceneCheck {
+        movable_shapes: each_once(shapes.flat_map(|shape| [shape.object(), &shape.name])),
+        movable_lights: each_once(lights.map(|light| light.name.as_str())),
         name: description.name.clone(),
         title: description.title.clone(),
         file: description.file.as_ref().map(|f| f.display().to_string()),
@@ -142,6 +152,13 @@ pub fn check_scene(description: &SceneDescription) -> Result<SceneCheck, SceneEr
         max_depth: scene.max_depth,
         report: scene.report,
     })
+}
+
+/// Names that are not empty, each once.
+fn each_once<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut seen = HashSet::from([""]);
+    let names = names.filter(|name| seen.insert(*name));
+    names.map(str::to_owned).collect()
 }
 
 fn line(light: &LightDescription) -> String {

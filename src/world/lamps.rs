@@ -1,9 +1,11 @@
 //! What shines of a world that moves: emitting shapes, lights without extent and the environment.
 
-use glam::{DAffine3, DQuat, Mat3};
+use glam::{DAffine3, DQuat, DVec3, Mat3};
 
+use super::FARTHEST;
 use crate::scene::motion::{MotionDescription, Placement};
-use crate::scene::{LightDescription, LightKind, Scene};
+use crate::scene::track::Track;
+use crate::scene::{LightDescription, LightKind, Scene, SceneDescription};
 
 /// What shines, as the scene file has it, and how that changes.
 pub(super) struct Lamps {
@@ -41,10 +43,32 @@ impl Lamps {
         }
     }
 
+    /// The first light or shape that gets or shines beyond single precision at a key, in words, and when.
+    pub fn beyond(&self, names: &SceneDescription) -> Option<(String, f64)> {
+        let keys = self.motions.iter().flat_map(|motion| {
+            let strengths = motion.strength.iter().flat_map(Track::times_s);
+            motion.times_s().into_iter().chain(strengths.copied())
+        });
+        let mut keys: Vec<f64> = keys.collect();
+        keys.sort_by(f64::total_cmp);
+        keys.dedup();
+        keys.into_iter().find_map(|time_s| {
+            let shape = self.shapes.iter().find(|(shape, emission)| {
+                let factor = self.shape_strength(*shape, time_s);
+                !emission.iter().all(|e| (e * factor).is_finite())
+            });
+            let light = (0..self.lights.len()).find(|&i| !is_held(&self.light(i, time_s)));
+            let shape =
+                shape.map(|(i, _)| format!("emission of shape `{}`", names.shapes[*i].name));
+            let light = light.map(|i| format!("light `{}`", names.lights[i].name));
+            shape.or(light).map(|what| (what, time_s))
+        })
+    }
+
     /// Lets everything shine as it does at a time.
     pub fn put(&self, scene: &mut Scene, time_s: f64) {
         for (shape, emission) in &self.shapes {
-            let factor = self.strength(time_s, |motion| motion.shapes.contains(shape));
+            let factor = self.shape_strength(*shape, time_s);
             scene.shapes[*shape].emission = Some(emission.map(|e| e * factor));
         }
         if !self.lights.is_empty() {
@@ -76,11 +100,25 @@ impl Lamps {
         kind
     }
 
+    fn shape_strength(&self, shape: usize, time_s: f64) -> f32 {
+        self.strength(time_s, |motion| motion.shapes.contains(&shape))
+    }
+
     fn strength(&self, time_s: f64, moves: impl Fn(&MotionDescription) -> bool) -> f32 {
         let own = self.motions.iter().filter(|motion| moves(motion));
         let factors = own.flat_map(|motion| &motion.strength);
         factors.map(|track| track.at(time_s)).product::<f64>() as f32
     }
+}
+
+/// Whether single precision holds where a light is and what it sends.
+fn is_held(light: &LightKind) -> bool {
+    let place = match light {
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position,
+        LightKind::Directional { .. } => DVec3::ZERO,
+    };
+    let is_near = place.abs().cmple(DVec3::splat(FARTHEST)).all();
+    is_near && light.strength().iter().all(|value| value.is_finite())
 }
 
 /// The placements of a shape at a time, one after another.

@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use self::lamps::{Lamps, carried};
 use crate::scene::motion::{MotionDescription, Placement};
-use crate::scene::{LightKind, Scene, SceneDescription};
+use crate::scene::{LightKind, Scene, SceneDescription, SceneError};
 use crate::trace::{Hit, Tracer};
 
 /// How one shape moves.
@@ -69,9 +69,12 @@ impl World {
 
     /// A world with the motions that its description declares; still where it declares none. Centre and
     /// diagonal are those of everything at all times of the motions, so that they are the same for each sequence.
-    pub fn declared(scene: Scene, description: &SceneDescription) -> Self {
+    ///
+    /// # Errors
+    /// As [`World::moving`]; a light that gets beyond that, or shines beyond it.
+    pub fn declared(scene: Scene, description: &SceneDescription) -> Result<Self, SceneError> {
         if description.motions.is_empty() {
-            return Self::still(scene);
+            return Ok(Self::still(scene));
         }
         let motions = with_pivots(&scene, description);
         let mut times_s: Vec<f64> = motions.iter().flat_map(|motion| motion.times_s()).collect();
@@ -79,19 +82,29 @@ impl World {
         times_s.dedup();
         let shapes = shapes_in_motion(&scene, &motions);
         let lamps = Lamps::new(&scene, &description.lights, motions);
+        if let Some((what, time_s)) = lamps.beyond(description) {
+            return Err(too_far(&scene, &what, time_s));
+        }
         let world = match shapes.is_empty() {
             true => Self::still(scene),
-            false => Self::moving(scene, shapes, &times_s),
+            false => Self::moving(scene, shapes, &times_s)?,
         };
-        Self {
+        Ok(Self {
             lamps: Some(lamps),
             ..world
-        }
+        })
     }
 
     /// A world whose shapes move. Centre and diagonal are those of everything at all of `times_s`, so that they
     /// do not change from frame to frame.
-    pub fn moving(mut scene: Scene, motions: Vec<Motion>, times_s: &[f64]) -> Self {
+    ///
+    /// # Errors
+    /// A shape that gets beyond what single precision holds at one of the times.
+    pub fn moving(
+        mut scene: Scene,
+        motions: Vec<Motion>,
+        times_s: &[f64],
+    ) -> Result<Self, SceneError> {
         let moving: Vec<MovingShape> = motions
             .into_iter()
             .map(|motion| MovingShape::new(&scene, motion))
@@ -100,16 +113,16 @@ impl World {
         for shape in &moving {
             moves[scene.shapes[shape.motion.shape].triangles()].fill(true);
         }
-        let (low, high) = bounds(&scene, &moving, &moves, times_s);
+        let (low, high) = bounds(&scene, &moving, &moves, times_s)?;
         scene.enclose(low, high);
-        Self {
+        Ok(Self {
             tracer: Tracer::with_moving(&scene.positions, &scene.triangles, &moves),
             before: scene.positions.clone(),
             scene,
             moving,
             lamps: None,
             time_s: None,
-        }
+        })
     }
 
     /// The scene as it was moved last.
@@ -252,15 +265,32 @@ impl MovingShape {
     }
 }
 
+/// Coordinates up to which a box, and its diagonal, are finite in single precision.
+const FARTHEST: f64 = f32::MAX as f64 / 4.0;
+
+/// An error of what motions take beyond that at a time.
+fn too_far(scene: &Scene, what: &str, time_s: f64) -> SceneError {
+    let message = format!(
+        "its motions, one after another, take the {what} beyond single precision at {time_s} s: key smaller values"
+    );
+    SceneError::Scene {
+        scene: scene.name.clone(),
+        message,
+    }
+}
+
 /// The box around what stands still and around what moves at each time, in the coordinates of the file.
 fn bounds(
     scene: &Scene,
     moving: &[MovingShape],
     moves: &[bool],
     times_s: &[f64],
-) -> (DVec3, DVec3) {
+) -> Result<(DVec3, DVec3), SceneError> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let mut enclose = |point: DVec3| (low, high) = (low.min(point), high.max(point));
+    let mut enclose = |point: DVec3| {
+        (low, high) = (low.min(point), high.max(point));
+        point.abs().cmple(DVec3::splat(FARTHEST)).all()
+    };
     let still = scene
         .triangles
         .iter()
@@ -270,12 +300,16 @@ fn bounds(
         enclose(scene.positions[i as usize].as_dvec3() + scene.origin);
     }
     for shape in moving {
-        for place in times_s.iter().map(|&time_s| (shape.motion.place)(time_s)) {
-            let points = shape.positions.iter();
-            points.for_each(|p| enclose(place.transform_point3(*p)));
+        for &time_s in times_s {
+            let place = (shape.motion.place)(time_s);
+            let mut points = shape.positions.iter();
+            if !points.all(|p| enclose(place.transform_point3(*p))) {
+                let what = format!("shape `{}`", scene.shapes[shape.motion.shape].name);
+                return Err(too_far(scene, &what, time_s));
+            }
         }
     }
-    (low, high)
+    Ok((low, high))
 }
 
 impl<'a> Moment<'a> {

@@ -310,3 +310,72 @@ fn what_a_config_adds_is_not_overridden() {
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("changed in its file only"), "{said}");
 }
+
+/// The map is that of the config, for all scenes or for one; the scene has none itself.
+#[test]
+fn a_motion_turns_the_environment_that_a_config_chooses() {
+    let place = prepare();
+    let turn = "[[motion]]\nenvironment = true\nkeys = [{ time = 0, rotate_deg = 0 }, { time = 4, rotate_deg = 180 }]\n";
+    let still = format!("{turn}[[scene]]").replace("180", "0");
+    let turn = format!("{turn}[[scene]]");
+    let chosen = "environment = \"afternoon\"\n";
+    let run = |name: &str, config: String| {
+        let config = config
+            .replace("\"0..80..2\"", "[0, 80]")
+            .replace("warm_up = 2\n", "");
+        fs::write(place.path().join("moving.toml"), config).expect("writable");
+        let out = format!("{name}/moving");
+        let ended = start(place.path(), &out).wait().expect("ends");
+        (ended.code(), place.path().join(out))
+    };
+    let (code, _) = run("none", CONFIG.replace("[[scene]]", &turn));
+    assert_eq!(code, Some(2), "nothing turns");
+    let for_all = CONFIG.replacen("[sequence]", &format!("{chosen}[sequence]"), 1);
+    let for_one = CONFIG.replace("\"room.toml\"\n", &format!("\"room.toml\"\n{chosen}"));
+    let errors = [
+        ("still", for_all.replace("[[scene]]", &still)),
+        ("all", for_all.replace("[[scene]]", &turn)),
+        ("one", for_one.replace("[[scene]]", &turn)),
+    ]
+    .map(|(name, config)| {
+        let (code, folder) = run(name, config);
+        assert_eq!(code, Some(0), "{name}");
+        let rows = fs::read_to_string(folder.join("rows.jsonl")).expect("rows");
+        let row = |line: &str| serde_json::from_str::<serde_json::Value>(line).expect("a row");
+        let errors = rows.lines().map(|line| row(line)["rmse"].to_string());
+        errors.collect::<Vec<String>>()
+    });
+    assert_eq!(errors[1], errors[2]);
+    assert!(errors[0] != errors[1] && errors[0].len() == 2, "{errors:?}");
+}
+
+/// A path of a scene that no viewer would follow: the scene would give the same numbers as the one before it.
+#[test]
+fn a_path_beside_viewers_is_refused_at_its_place() {
+    let place = prepare();
+    let other = "name = \"room.toml\"\n[[scene]]\nname = \"room.toml\"\nlabel = \"other\"\npath = \"walk\"\n";
+    let config = CONFIG
+        .replace("path = \"walk\"\nframes", "viewers = { count = 1 }\nframes")
+        .replace("name = \"room.toml\"\n", other);
+    for (text, at) in [
+        (config, "moving.toml:23:1:"),
+        (
+            CONFIG.replace("fps = 20", "fps = 20\nviewers = [\"walk\"]"),
+            "moving.toml:8:1:",
+        ),
+    ] {
+        fs::write(place.path().join("moving.toml"), text).expect("writable");
+        let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+            .args(["run", "moving.toml", "--out", "x/moving"])
+            .current_dir(place.path())
+            .output()
+            .expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(at) && said.contains("`walk` would not be followed"),
+            "{said} ({at})"
+        );
+        assert!(!place.path().join("x").exists(), "nothing is written");
+    }
+}

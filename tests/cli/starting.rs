@@ -175,3 +175,28 @@ fn records_of_the_on_demand_cache_are_written() {
     let text = std::fs::read_to_string(place.path().join("records.csv")).expect("written");
     assert!(text.lines().count() > 2, "{text}");
 }
+
+/// A light, a ball and as many unnamed cubes as the text has no room for.
+#[test]
+fn a_check_lists_what_motions_can_move() {
+    let place = Place::new();
+    let cubes = "[[shape]]\nkind = \"cube\"\n".repeat(30);
+    place.write(
+        "many.toml",
+        &format!(
+            "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n[[shape]]\nkind = \"sphere\"\n\
+             name = \"ball\"\n[[light]]\nkind = \"point\"\nname = \"bulb\"\nposition = [0, 3, 0]\nintensity = 1\n{cubes}"
+        ),
+    );
+    let text = place.lightbench(&["scene", "check", "many.toml"]);
+    assert_eq!(text.code, 0, "{}", text.err);
+    let line = |key: &str| text.out.lines().find(|line| line.starts_with(key));
+    let shapes = line("movable_shapes: ball, cube 1, ").expect("shapes");
+    assert!(shapes.ends_with("cube 23, … and 7 more"), "{shapes}");
+    assert_eq!(line("movable_lights"), Some("movable_lights: bulb"));
+    let json = place.lightbench(&["scene", "check", "many.toml", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json.out).expect("JSON");
+    let shapes = json["movable_shapes"].as_array().expect("a list");
+    assert_eq!((shapes.len(), &shapes[30]), (31, &"cube 30".into()));
+    assert_eq!(json["movable_lights"], serde_json::json!(["bulb"]));
+}

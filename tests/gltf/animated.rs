@@ -93,7 +93,7 @@ const TIMES_S: [f64; 10] = [-1.0, 0.0, 0.2, 0.4, 0.5, 0.7, 0.99, 1.2, 1.9, 50.0]
 fn nodes_are_where_the_formulas_put_them() {
     let description = moving();
     let scene = Scene::build(&description, Needs::ALL).expect("builds");
-    let mut world = World::declared(scene, &description);
+    let mut world = World::declared(scene, &description).expect("a world");
     let body = DAffine3::from_scale_rotation_translation(
         DVec3::new(0.3, 0.7, 0.3),
         DQuat::IDENTITY,
@@ -194,7 +194,7 @@ fn what_is_hidden_at_rest_appears() {
         .with("/nodes/0/scale", json!([0, 0, 0]));
     let description = growing.load().expect("loads");
     let scene = Scene::build(&description, Needs::ALL).expect("builds");
-    let mut world = World::declared(scene, &description);
+    let mut world = World::declared(scene, &description).expect("a world");
     let moment = world.at(0.5);
     let [a, b] = [0, 1].map(|i| moment.scene.positions[i]);
     assert!((a.distance(b) - 1.0).abs() < 1e-6);

@@ -23,6 +23,11 @@ fn wrong_structure_has_a_place() {
         ("/nodes/0/camera", json!(0), "nodes[0].camera"),
         ("/nodes/0/children", json!([0]), "node 0: is reached twice"),
         (
+            "/nodes",
+            json!([{ "mesh": 0 }, { "children": [2] }, { "children": [1] }]),
+            "node 1: no way leads to it from a node without a parent: nodes form a circle",
+        ),
+        (
             "/nodes/0/rotation",
             json!([0, 0, 0, 0]),
             "node 0: its rotation",

@@ -264,6 +264,12 @@ fn alpha_is_cut_off_or_a_chance() {
         mapped(json!({ "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.3] }, "alphaMode": mode })).0.opacity
     };
     assert_eq!(constant("OPAQUE"), None);
+    for mode in ["MASK", "OPAQUE"] {
+        let material = json!({ "alphaMode": mode, "alphaCutoff": -1 });
+        let error = file(material, CORNERS).load().expect_err(mode);
+        let expected = "material 0: alphaCutoff -1 is not a number of at least 0";
+        assert!(error.contains(expected), "{error}");
+    }
     assert_eq!(constant("MASK"), Some(ColourSource::Constant([0.0; 3])));
     assert_eq!(constant("BLEND"), Some(ColourSource::Constant([0.3; 3])));
 }

@@ -81,6 +81,20 @@ async function use(told) {
     const output = slider.nextSibling, before = output.textContent;
     check("the slider moves", await changes(() => { slider.value = slider.value === "0" ? 1 : 0; slider.dispatchEvent(new Event("input")); }));
     check("and says the frame", output.textContent !== before);
+    const play = find("button.play"), last = slider.max;
+    const plays = (on) => play.textContent === (on ? "pause" : "play") && (play.getAttribute("aria-pressed") === "true") === on;
+    const stood = plays(false);
+    play.click();
+    check("the play button plays", stood && plays(true));
+    const seen = new Set(), frames = () => seen.add(slider.value).size > Number(last);
+    check("every frame, round and round", await until(frames) && (seen.clear(), await until(frames)));
+    play.click();
+    const still = slider.value;
+    await wait(3 * JSON.parse(root.dataset.album).delay_ms);
+    check("and stops", plays(false) && slider.value === still);
+    press("p");
+    check("p plays too", plays(true));
+    press("p");
     const eyes = root.querySelectorAll(".eye");
     if (eyes.length > 1) {
       press("v");

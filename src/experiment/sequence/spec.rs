@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Sequence, Viewer};
-use crate::scene::SceneDescription;
 use crate::scene::path::CameraPath;
+use crate::scene::{SceneDescription, View};
 use crate::suggest::hint;
 
 /// Most frames of a sequence.
@@ -18,7 +18,8 @@ const KEPT: usize = 8;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SequenceSpec {
-    /// Camera path of the scene; without it and without `viewers` the camera stands at the scene's view.
+    /// Camera path of the scene; without it and without `viewers` the camera stands at the scene's view. Beside
+    /// `viewers` only where they overlap.
     #[serde(default)]
     pub path: Option<String>,
     /// Numbers of the frames that are rendered one after another: how many (`120`), `"from..to"` or
@@ -65,7 +66,10 @@ pub(super) fn is_one(number: &usize) -> bool {
 
 /// Which frames are rendered.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "frames: expected how many (120), \"from..to\", \"from..to..step\" or a list, in whole numbers of at least 0"
+)]
 pub enum Frames {
     /// So many, numbered from 0.
     Count(u32),
@@ -77,7 +81,10 @@ pub enum Frames {
 
 /// Who looks.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "viewers: expected a list of names of paths, or { count = 2 } with `paths` or `overlap` besides"
+)]
 pub enum ViewersSpec {
     /// Each path by name; of a stereo pair both eyes.
     Paths(Vec<String>),
@@ -89,7 +96,7 @@ pub enum ViewersSpec {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewerRule {
-    /// Paths to take the first ones of; default: all of the scene, in its order.
+    /// Paths to take the first ones of, without an overlap; default: all of the scene, in its order.
     #[serde(default)]
     pub paths: Vec<String>,
     /// How many viewers.
@@ -102,7 +109,10 @@ pub struct ViewerRule {
 
 /// Of which frames images are kept.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "keep: expected \"some\", \"measured\", \"all\", \"none\" or a list of frames"
+)]
 pub enum Keep {
     /// By a rule.
     Word(KeepWord),
@@ -134,17 +144,23 @@ pub enum KeepWord {
 pub type Fault = (&'static str, String);
 
 impl SequenceSpec {
-    /// The sequence of a scene. `path` is the scene's own choice of a path, and `view` the view of a camera that
-    /// stands.
+    /// The sequence of a scene. `path` is the scene's own choice of a path, `view` the view of a camera that stands,
+    /// and `size` that of the images of a camera.
     pub fn resolve(
         &self,
         scene: &SceneDescription,
         path: Option<&str>,
         view: &str,
+        size: &dyn Fn(&View) -> [usize; 2],
     ) -> Result<Sequence, Fault> {
         let frames = self.frames.numbers().map_err(|why| ("frames", why))?;
         if !(self.fps.is_finite() && self.fps > 0.0) {
             return Err(("fps", "fps: expected a number above 0".into()));
+        }
+        let last = frames[frames.len() - 1];
+        if !(f64::from(last) / self.fps).is_finite() {
+            let why = format!("fps: expected more, so that the time of frame {last} is finite");
+            return Err(("fps", why));
         }
         if self.measure_every == 0 {
             let why = "measure_every: expected a whole number of at least 1";
@@ -166,7 +182,7 @@ impl SequenceSpec {
             return Err(("warm_up", why));
         }
         let mut sequence = Sequence {
-            viewers: self.viewers(scene, path, view)?,
+            viewers: self.viewers(scene, path, view, size)?,
             fps: self.fps,
             warm_up: self.warm_up,
             measure_every: self.measure_every,
@@ -185,8 +201,20 @@ impl SequenceSpec {
         scene: &SceneDescription,
         path: Option<&str>,
         view: &str,
+        size: &dyn Fn(&View) -> [usize; 2],
     ) -> Result<Vec<Viewer>, Fault> {
         let path = path.or(self.path.as_deref());
+        let overlap = match &self.viewers {
+            Some(ViewersSpec::Rule(rule)) => rule.overlap,
+            _ => None,
+        };
+        if let (Some(_), Some(name), None) = (&self.viewers, path, overlap) {
+            let why = format!(
+                "path: `viewers` say who looks, and `{name}` would not be followed: leave one of them out, or give \
+                 viewers an `overlap` for copies of it"
+            );
+            return Err(("path", why));
+        }
         let viewers: Vec<Viewer> = match &self.viewers {
             None => match path {
                 None => vec![Viewer::View(view.to_owned())],
@@ -197,8 +225,12 @@ impl SequenceSpec {
                 let why = format!("viewers: expected a count from 1 to {MOST_VIEWERS}");
                 return Err(("viewers", why));
             }
-            Some(ViewersSpec::Rule(rule)) => match rule.overlap {
-                Some(overlap) => turned(scene, path, rule.count, overlap)?,
+            Some(ViewersSpec::Rule(rule)) if overlap.is_some() && !rule.paths.is_empty() => {
+                let why = "viewers with an `overlap` are copies of `path`: leave `paths` out";
+                return Err(("viewers", why.into()));
+            }
+            Some(ViewersSpec::Rule(rule)) => match overlap {
+                Some(overlap) => turned(scene, path, (rule.count, overlap), size)?,
                 None => first(scene, rule)?,
             },
         };
@@ -221,7 +253,10 @@ impl SequenceSpec {
                     let why = format!("keep: frame {frame} is not rendered");
                     return Err(("keep", why));
                 }
-                frames.clone()
+                let mut frames = frames.clone();
+                frames.sort_unstable();
+                frames.dedup();
+                frames
             }
         })
     }
@@ -303,8 +338,8 @@ fn first(scene: &SceneDescription, rule: &ViewerRule) -> Result<Vec<Viewer>, Fau
 fn turned(
     scene: &SceneDescription,
     path: Option<&str>,
-    count: usize,
-    overlap: f64,
+    (count, overlap): (usize, f64),
+    size: &dyn Fn(&View) -> [usize; 2],
 ) -> Result<Vec<Viewer>, Fault> {
     let Some(name) = path else {
         let why = "viewers with an `overlap` are copies of one path: name it as `path`";
@@ -315,7 +350,8 @@ fn turned(
     }
     let path = find(scene, name, "path")?;
     let view = path.view(path.span_s()[0]);
-    let [tangent, _] = view.half_tangents(view.width, view.height);
+    let [width, height] = size(&view);
+    let [tangent, _] = view.half_tangents(width, height);
     let step_deg = (1.0 - overlap) * 2.0 * tangent.atan().to_degrees();
     let mut viewers = Vec::new();
     for copy in 0..count {

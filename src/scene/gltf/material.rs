@@ -141,8 +141,13 @@ impl Importer<'_> {
     /// Alpha as the probability that a ray meets the surface.
     fn opacity(&mut self, surface: &Surface) -> Result<Option<ColourSource>, SceneError> {
         let declared = surface.declared;
+        let written = declared.alpha_cutoff.unwrap_or_default().0;
+        if !(0.0..=f32::MAX).contains(&written) {
+            let message = format!("alphaCutoff {written} is not a number of at least 0");
+            return Err(self.file.error(surface.place, message));
+        }
         let cutoff = match valid(&declared.alpha_mode) {
-            Some(AlphaMode::Mask) => Some(declared.alpha_cutoff.unwrap_or_default().0),
+            Some(AlphaMode::Mask) => Some(written),
             Some(AlphaMode::Blend) => None,
             _ => return Ok(None),
         };

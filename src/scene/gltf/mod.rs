@@ -97,6 +97,7 @@ impl<'a> Importer<'a> {
         let buffers = self.file.buffers()?;
         let animated = self.animations(&buffers)?;
         let nodes = self.file.nodes_below(&roots, &animated)?;
+        self.file.refuse_circles()?;
         self.prepare_means();
         let meshes = self.meshes_of(&nodes)?;
         for placed in &nodes {
@@ -140,14 +141,7 @@ impl<'a> Importer<'a> {
                 .error("scene", format!("scene {index} is not there")));
         }
         self.note("the file has no scene: all its nodes are shown");
-        let children = root
-            .nodes
-            .iter()
-            .flat_map(|node| node.children.iter().flatten());
-        let children: HashSet<usize> = children.map(|child| child.value()).collect();
-        Ok((0..root.nodes.len())
-            .filter(|i| !children.contains(i))
-            .collect())
+        Ok(self.file.nodes_without_parent())
     }
 
     /// Adds the camera and the light of a node; refuses what would be seen wrong.

@@ -1,7 +1,8 @@
 //! The tree of nodes.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
+use ::gltf::json::Index;
 use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
@@ -87,6 +88,36 @@ impl GltfFile {
             });
         }
         Ok(placed)
+    }
+
+    /// Refuses nodes that are below themselves, which no scene can show.
+    pub(super) fn refuse_circles(&self) -> Result<(), SceneError> {
+        let nodes = &self.root().nodes;
+        let mut reached = vec![false; nodes.len()];
+        let mut open = self.nodes_without_parent();
+        while let Some(index) = open.pop() {
+            if let Some(reached) = reached.get_mut(index)
+                && !std::mem::replace(reached, true)
+            {
+                open.extend(nodes[index].children.iter().flatten().map(Index::value));
+            }
+        }
+        match reached.iter().position(|reached| !reached) {
+            None => Ok(()),
+            Some(index) => {
+                let message =
+                    "no way leads to it from a node without a parent: nodes form a circle";
+                Err(self.error(self.node_place(index), message))
+            }
+        }
+    }
+
+    /// Indices of the nodes that are no children, in the order of the file.
+    pub(super) fn nodes_without_parent(&self) -> Vec<usize> {
+        let nodes = &self.root().nodes;
+        let children = nodes.iter().flat_map(|node| node.children.iter().flatten());
+        let children: HashSet<usize> = children.map(Index::value).collect();
+        (0..nodes.len()).filter(|i| !children.contains(i)).collect()
     }
 
     /// How messages call a node.

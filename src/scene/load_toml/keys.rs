@@ -131,10 +131,10 @@ impl<'a> Keys<'a> {
         }
     }
 
-    /// A finite number.
+    /// A finite number of single precision.
     pub fn number(&self, key: &'static str) -> Result<Option<f64>, SceneError> {
         self.get(key)
-            .map(|v| number(v.get_ref()).ok_or_else(|| self.wrong(key, v, "a finite number")))
+            .map(|v| number(v.get_ref()).ok_or_else(|| self.wrong(key, v, NUMBER)))
             .transpose()
     }
 
@@ -173,7 +173,7 @@ impl<'a> Keys<'a> {
         }
     }
 
-    /// A list of `N` finite numbers.
+    /// A list of `N` finite numbers of single precision.
     pub fn numbers<const N: usize>(
         &self,
         key: &'static str,
@@ -182,7 +182,13 @@ impl<'a> Keys<'a> {
             .map(|v| {
                 list(v.get_ref())
                     .and_then(|list| <[f64; N]>::try_from(list).ok())
-                    .ok_or_else(|| self.wrong(key, v, &format!("a list of {N} finite numbers")))
+                    .ok_or_else(|| {
+                        self.wrong(
+                            key,
+                            v,
+                            &format!("a list of {N} finite numbers of at most 3.4e38"),
+                        )
+                    })
             })
             .transpose()
     }
@@ -307,18 +313,25 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// A finite number; TOML integers count.
+/// What [`number`] reads.
+pub(super) const NUMBER: &str = "a finite number of at most 3.4e38";
+
+/// A number that single precision holds; TOML integers count.
 pub(super) fn number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix())
             .ok()
             .map(|i| i as f64),
-        DeValue::Float(f) => f.as_str().parse::<f64>().ok().filter(|x| x.is_finite()),
+        DeValue::Float(f) => f
+            .as_str()
+            .parse::<f64>()
+            .ok()
+            .filter(|x| x.abs() <= f64::from(f32::MAX)),
         _ => None,
     }
 }
 
-/// A list of finite numbers.
+/// A list of such numbers.
 pub(super) fn list(value: &DeValue) -> Option<Vec<f64>> {
     value
         .as_array()?

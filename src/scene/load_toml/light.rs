@@ -177,6 +177,11 @@ mod tests {
                 "`intensity`",
             ),
             (
+                "kind = \"point\"\nposition = [0, 1e308, 0]\nintensity = 1".to_owned(),
+                "9:12",
+                "3 finite numbers of at most 3.4e38",
+            ),
+            (
                 "kind = \"point\"\nposition = [0, 0, 0]\nintensity = 1e39".to_owned(),
                 "10:13",
                 "`intensity`",

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::Loader;
-use super::keys::{Keys, number};
+use super::keys::Keys;
 use crate::scene::SceneError;
 use crate::scene::motion::{KeyedLink, Link, MotionDescription, Placement, Turn};
 use crate::scene::track::{Interpolation, Track};
@@ -173,8 +173,8 @@ fn frames(keys: &Keys) -> Result<Vec<Frame>, SceneError> {
 
 fn frame(keys: &Keys) -> Result<Frame, SceneError> {
     let scale = match keys.get("scale") {
-        Some(value) if number(value.get_ref()).is_some() => keys.number("scale")?.map(DVec3::splat),
-        _ => keys.vector("scale")?,
+        Some(value) if value.get_ref().as_array().is_some() => keys.vector("scale")?,
+        _ => keys.number("scale")?.map(DVec3::splat),
     };
     if let (Some(scale), Some(value)) = (scale, keys.get("scale"))
         && scale.min_element() <= 0.0

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec3};
 use toml::de::DeValue;
 
 use super::Loader;
-use super::keys::{Keys, list, number};
+use super::keys::{Keys, NUMBER, list, number};
 use crate::scene::mesh_mtl::materials_of;
 use crate::scene::{SceneError, ShapeDescription, ShapeSource};
 
@@ -142,7 +142,7 @@ fn parameters(keys: &Keys) -> Result<BTreeMap<String, f64>, SceneError> {
         .entries()
         .map(|(name, value)| match number(value.get_ref()) {
             Some(x) => Ok((name.to_owned(), x)),
-            None => Err(table.wrong(name, value, "a finite number")),
+            None => Err(table.wrong(name, value, NUMBER)),
         })
         .collect()
 }

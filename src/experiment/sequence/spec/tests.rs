@@ -1,5 +1,7 @@
 use super::*;
-use crate::scene::find_scene_in;
+use crate::scene::motion::Placement;
+use crate::scene::path::PathSource;
+use crate::scene::{FovAxis, find_scene_in};
 
 fn scene() -> SceneDescription {
     let place = tempfile::tempdir().expect("a folder");
@@ -29,7 +31,7 @@ fn spec(text: &str) -> SequenceSpec {
 }
 
 fn resolve(text: &str) -> Result<Sequence, String> {
-    let resolved = spec(text).resolve(&scene(), None, "main");
+    let resolved = spec(text).resolve(&scene(), None, "main", &|view| [view.width, view.height]);
     resolved.map_err(|(key, why)| format!("{key}: {why}"))
 }
 
@@ -90,6 +92,7 @@ fn images_are_kept_as_asked() {
     assert_eq!(kept("keep = \"all\"").len(), 100);
     assert_eq!(kept("keep = \"none\"").len(), 0);
     assert_eq!(kept("keep = [0, 99]"), [0, 99]);
+    assert_eq!(kept("keep = [6, 0, 0]"), [0, 6]);
 }
 
 #[test]
@@ -103,6 +106,10 @@ fn what_is_wrong_is_named() {
         (
             "frames = 3\nfps = nan",
             "fps: fps: expected a number above 0",
+        ),
+        (
+            "frames = 3\nfps = 5e-324",
+            "fps: fps: expected more, so that the time of frame 2",
         ),
         ("frames = 3\nwarm_up = 3", "leave none of 3"),
         ("frames = 3\nmeasure_every = 0", "at least 1"),
@@ -127,11 +134,67 @@ fn what_is_wrong_is_named() {
             "name it as `path`",
         ),
         (
+            "frames = 3\npath = \"walk\"\nviewers = { count = 2, overlap = 0.5, paths = [\"pair\"] }",
+            "viewers: viewers with an `overlap` are copies of `path`: leave `paths` out",
+        ),
+        (
+            "frames = 3\npath = \"walk\"\nviewers = [\"pair\"]",
+            "path: path: `viewers` say who looks, and `walk` would not be followed",
+        ),
+        (
+            "frames = 3\npath = \"walk\"\nviewers = { count = 2 }",
+            "path: path: `viewers` say who looks",
+        ),
+        (
             "frames = 3\npath = \"walk\"\nviewers = { count = 2, overlap = 2 }",
             "from 0 to 1",
         ),
     ] {
         let error = resolve(text).expect_err(text);
+        assert!(error.contains(expected), "{error} ({expected})");
+    }
+}
+
+/// The path's picture is 16 : 9; that of the job counts.
+#[test]
+fn viewers_overlap_in_the_pictures_of_the_job() {
+    let mut scene = scene();
+    let view = scene.views[0].clone();
+    let tall = View {
+        fov_axis: FovAxis::Y,
+        ..view
+    };
+    let placement = Placement::default();
+    scene.paths[0].source = PathSource::Carried {
+        view: tall,
+        placement,
+    };
+    let spec = spec("frames = 1\npath = \"walk\"\nviewers = { count = 2, overlap = 0 }");
+    for (size, tangent) in [([240, 60], 4.0_f64), ([60, 60], 1.0), ([30, 60], 0.5)] {
+        let sequence = spec.resolve(&scene, None, "main", &|_| size);
+        let views = sequence.expect("ok").views(&scene, 0.0).expect("views");
+        let angle = views[0].forward.angle_between(views[1].forward);
+        assert!(
+            (angle - 2.0 * tangent.atan()).abs() < 1e-9,
+            "{size:?}: {angle}"
+        );
+    }
+}
+
+#[test]
+fn values_of_another_kind_are_told_what_is_expected() {
+    for (text, expected) in [
+        ("frames = -1", "frames: expected how many"),
+        ("frames = 1.5", "frames: expected how many"),
+        ("frames = 3\nkeep = \"sum\"", "keep: expected \"some\""),
+        ("frames = 3\nviewers = 3", "viewers: expected a list"),
+        (
+            "frames = 3\nviewers = { paths = [\"walk\"] }",
+            "or { count = 2 }",
+        ),
+    ] {
+        let error = toml::from_str::<SequenceSpec>(text).expect_err(text);
+        let error = error.message();
         assert!(error.contains(expected), "{error} ({expected})");
     }
 }

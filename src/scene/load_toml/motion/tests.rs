@@ -97,6 +97,21 @@ fn wrong_motions_have_places() {
             "above 0",
         ),
         (
+            "shape = \"box\"\nkeys = [{ time = 0, translate = [1e39, 0, 0] }]",
+            "19:33",
+            "3 finite numbers of at most 3.4e38",
+        ),
+        (
+            "shape = \"box\"\nkeys = [{ time = 0, scale = 1e300 }]",
+            "19:29",
+            "a finite number of at most 3.4e38",
+        ),
+        (
+            "shape = \"lamp\"\nkeys = [{ time = 0, emission = 1e308 }]",
+            "19:32",
+            "a finite number of at most 3.4e38",
+        ),
+        (
             "shape = \"box\"\nkeys = [{ time = 0, scal = 2 }]",
             "19:21",
             "unknown key `scal`",
