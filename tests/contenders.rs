@@ -404,7 +404,8 @@ fn moving_room(technique: &dyn Technique) -> world::World {
         moves(1, DVec3::new(-0.9, 0.5, 0.3)),
         moves(2, DVec3::new(0.4, -0.3, 0.0)),
     ];
-    world::World::moving(under_sky(&room(8.0), technique, 0.5), motions, &[0.0, 1.0])
+    let scene = under_sky(&room(8.0), technique, 0.5);
+    world::World::moving(scene, motions, &[0.0, 1.0]).expect("a world")
 }
 
 /// Broken off and gone on with before every frame, as a killed run does.

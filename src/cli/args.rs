@@ -111,7 +111,7 @@ pub struct Selection {
     /// Run each contender with this many seeds
     #[arg(long)]
     pub repeats: Option<u32>,
-    /// Take every N-th job, from the K-th (1 to N)
+    /// Do the K-th of N parts of the jobs (1 to N); those that share references stay together
     #[arg(long, value_name = "K/N")]
     pub shard: Option<String>,
 }
