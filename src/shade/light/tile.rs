@@ -54,8 +54,9 @@ pub struct TilePart {
     normals: VectorLanes,
     /// Radiance of emitting triangles; zero of other lights.
     emission: VectorLanes,
-    /// What places at infinity send, whatever the surface.
-    distant: Vec<(usize, Unshadowed)>,
+    /// Which places are at infinity, and what these send, whatever the surface; no irradiance of the others.
+    is_distant: [bool; LANES],
+    distant: Sent,
     /// Point and spot lights.
     point_lights: Vec<usize>,
 }
@@ -139,7 +140,8 @@ impl Default for TilePart {
             points: [[0.0; LANES]; 3],
             normals: [[0.0; LANES]; 3],
             emission: [[0.0; LANES]; 3],
-            distant: Vec::new(),
+            is_distant: [false; LANES],
+            distant: Sent::default(),
             point_lights: Vec::new(),
         }
     }
@@ -179,7 +181,10 @@ impl TilePart {
     /// Keeps a place that is on no triangle.
     fn keep(&mut self, lane: usize, lights: &Lights, chosen: ChosenPlace) {
         match lights.distant(&chosen.place) {
-            Some(light) => self.distant.push((lane, light)),
+            Some(light) => {
+                self.is_distant[lane] = true;
+                self.distant.put(lane, &light);
+            }
             None => self.point_lights.push(lane),
         }
         self.place(lane, lights, chosen);
@@ -208,11 +213,13 @@ impl TilePart {
     /// What the places send to a surface.
     pub fn send(&self, lights: &Lights, from: &Interaction, sent: &mut Sent) {
         send(self, from.position, sent);
-        let near = |lane: &usize| Some((*lane, lights.unshadowed(&self.places[*lane], from)?));
-        let others = self.distant.iter().copied();
-        for (lane, light) in others.chain(self.point_lights.iter().filter_map(near)) {
-            set(&mut sent.directions, lane, light.direction);
-            set(&mut sent.irradiance, lane, light.irradiance);
+        if self.is_distant != [false; LANES] {
+            send_distant(self, sent);
+        }
+        for &lane in &self.point_lights {
+            if let Some(light) = lights.unshadowed(&self.places[lane], from) {
+                sent.put(lane, &light);
+            }
         }
     }
 
@@ -231,6 +238,11 @@ impl TilePart {
 }
 
 impl Sent {
+    fn put(&mut self, lane: usize, light: &Unshadowed) {
+        set(&mut self.directions, lane, light.direction);
+        set(&mut self.irradiance, lane, light.irradiance);
+    }
+
     /// What one of the places sends.
     pub fn at(&self, lane: usize) -> Unshadowed {
         Unshadowed {
@@ -302,6 +314,26 @@ fn send(part: &TilePart, position: Vec3, sent: &mut Sent) {
         to_red[lane] = if reaches { red[lane] * factor } else { 0.0 };
         to_green[lane] = if reaches { green[lane] * factor } else { 0.0 };
         to_blue[lane] = if reaches { blue[lane] * factor } else { 0.0 };
+    }
+}
+
+/// What places at infinity send.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn send_distant(part: &TilePart, sent: &mut Sent) {
+    let from = part
+        .distant
+        .directions
+        .iter()
+        .chain(&part.distant.irradiance);
+    let to = sent.directions.iter_mut().chain(&mut sent.irradiance);
+    for (from, to) in from.zip(to) {
+        for lane in 0..LANES {
+            to[lane] = if part.is_distant[lane] {
+                from[lane]
+            } else {
+                to[lane]
+            };
+        }
     }
 }
 
