@@ -227,9 +227,9 @@ pub fn print(planned: &Planned) {
         done += usize::from(finished);
         if !finished {
             rays += job.estimated_rays();
-            if references.insert(&job.reference) {
-                rays += job.reference_rays();
-            }
+            let all = job.references.iter();
+            let new = all.filter(|reference| references.insert(reference)).count();
+            rays += job.reference_rays() * new as u64 / job.references.len().max(1) as u64;
         }
         say!(
             "{} {:<16} {:<10} seed {:<3} {}x{} spp {} {} {}",

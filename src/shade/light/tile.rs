@@ -6,7 +6,7 @@ use glam::Vec3;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::{Arriving, ChosenPlace, FacingPoint, LightPlace, Lights, Unshadowed};
+use super::{Arriving, ChosenPlace, FacingPoint, LIGHT_GROUPS, LightPlace, Lights, Unshadowed};
 use crate::image::luminance;
 use crate::sample::Rng;
 use crate::shade::bsdf::{LANES, Lanes, VectorLanes};
@@ -15,19 +15,23 @@ use crate::shade::surface::Interaction;
 /// Tiles that many surfaces share.
 pub struct SharedTiles(Vec<LightTile>);
 
-/// Tiles that are shared: neighbours seldom have the same one.
-const TILES: u64 = 1024;
+/// Tiles that are shared at most: neighbours seldom have the same one.
+const TILES: usize = 1024;
+/// Places of all tiles together, where those are large: of more, few are at hand in a processor's cache.
+const PLACES: usize = 16384;
 /// Keys their random numbers.
 const STREAM: u64 = 0x7469_6c65_7320;
 
 impl SharedTiles {
-    /// Draws tiles; seed, stream and number key their random numbers.
+    /// Draws tiles of `count` places each; seed, stream and number key their random numbers.
     pub fn new(
+        count: usize,
         [seed, stream, number]: [u64; 3],
         draw: impl Fn(&mut Rng) -> LightTile + Sync,
     ) -> Self {
-        let one = |tile| draw(&mut Rng::new(seed, STREAM ^ stream, tile, number));
-        Self((0..TILES).into_par_iter().map(one).collect())
+        let tiles = (PLACES / count.max(1)).clamp(1, TILES);
+        let one = |tile| draw(&mut Rng::new(seed, STREAM ^ stream, tile as u64, number));
+        Self((0..tiles).into_par_iter().map(one).collect())
     }
 
     /// One of them, at random.
@@ -46,7 +50,7 @@ pub struct LightTile {
 pub struct TilePart {
     places: [LightPlace; LANES],
     /// Their [`Lights::group`].
-    groups: [u8; LANES],
+    groups: [u32; LANES],
     /// Density over places with which each was selected; zero where there is none.
     density: Lanes,
     /// Points of emitting triangles.
@@ -122,7 +126,7 @@ impl LightTile {
 
     /// The [`Lights::group`] of place `number`.
     pub fn group(&self, number: usize) -> u8 {
-        self.parts[number / LANES].groups[number % LANES]
+        self.parts[number / LANES].groups[number % LANES] as u8
     }
 
     /// What place `number` sends to a surface: [`Lights::arriving`].
@@ -191,13 +195,22 @@ impl TilePart {
     }
 
     fn place(&mut self, lane: usize, lights: &Lights, ChosenPlace { place, density }: ChosenPlace) {
-        self.groups[lane] = lights.group(&place);
+        self.groups[lane] = u32::from(lights.group(&place));
         (self.places[lane], self.density[lane]) = (place, density);
     }
 
-    /// The [`Lights::group`] of each place.
-    pub fn groups(&self) -> &[u8; LANES] {
-        &self.groups
+    /// Numbers of the places, each times the factor of its [`Lights::group`].
+    pub fn by_group(&self, numbers: &Lanes, factors: &[f32; LIGHT_GROUPS]) -> Lanes {
+        let mut found = [0.0; LANES];
+        by_group(numbers, &self.groups, factors, &mut found);
+        found
+    }
+
+    /// Numbers of the places over their densities; 0 where they are 0.
+    pub fn over_density(&self, numbers: &Lanes) -> Lanes {
+        let mut found = [0.0; LANES];
+        over(numbers, &self.density, &mut found);
+        found
     }
 
     /// The places.
@@ -334,6 +347,28 @@ fn send_distant(part: &TilePart, sent: &mut Sent) {
                 to[lane]
             };
         }
+    }
+}
+
+/// [`TilePart::by_group`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn by_group(
+    numbers: &Lanes,
+    groups: &[u32; LANES],
+    factors: &[f32; LIGHT_GROUPS],
+    found: &mut Lanes,
+) {
+    for lane in 0..LANES {
+        found[lane] = numbers[lane] * factors[groups[lane] as usize % LIGHT_GROUPS];
+    }
+}
+
+/// [`TilePart::over_density`].
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn over(numbers: &Lanes, density: &Lanes, found: &mut Lanes) {
+    for lane in 0..LANES {
+        let weight = numbers[lane] / density[lane];
+        found[lane] = if numbers[lane] == 0.0 { 0.0 } else { weight };
     }
 }
 

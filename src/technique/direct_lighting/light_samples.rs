@@ -2,7 +2,7 @@
 //!
 //! Lights that the surface cannot scatter to the camera cost no ray. What light sampling cannot find, emitters and the
 //! environment seen directly, in smooth mirrors and through masks, takes a ray of its own. With `selection = "product"`
-//! candidates come from 1024 sets that each frame draws; a camera sample takes one of them at random.
+//! candidates come from up to 1024 sets that each frame draws; a camera sample takes one of them at random.
 //!
 //! *Differs* from `paths`: directions are not sampled by the surface, so that there is no noise of choosing between both,
 //! and highlights of large lights on smooth surfaces are noisier.

@@ -102,7 +102,8 @@ impl Selecting<'_> {
             return;
         }
         let keys = [seed, u64::from(samples), frame];
-        let tiles = SharedTiles::new(keys, |rng| self.tile(samples, rng));
+        let count = (samples * self.candidates) as usize;
+        let tiles = SharedTiles::new(count, keys, |rng| self.tile(samples, rng));
         self.presampled.push(Presampled { samples, tiles });
     }
 
@@ -159,7 +160,7 @@ impl Selecting<'_> {
         for part in tile.parts() {
             part.send(self.lights, at, &mut sent);
             let added = adds(part, &sent);
-            for weight in weights(&added, part.density()) {
+            for weight in part.over_density(&added) {
                 if weight.is_finite() {
                     sum += f64::from(weight.max(0.0));
                 } else {
@@ -200,14 +201,6 @@ impl Selecting<'_> {
             }
         }
     }
-}
-
-/// What candidates add over their density; 0 where they add nothing.
-fn weights(added: &Lanes, density: &Lanes) -> Lanes {
-    std::array::from_fn(|lane| match added[lane] == 0.0 {
-        true => 0.0,
-        false => added[lane] / density[lane],
-    })
 }
 
 /// The place of one of `count` evenly spaced numbers in [0, 1).

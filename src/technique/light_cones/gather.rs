@@ -141,11 +141,11 @@ impl Gathering<'_> {
             HiddenLights::Remembered => hidden.chances(),
         };
         let adds = |part: &TilePart, sent: &Sent| {
-            let mut received = sent.received(texel.normal);
-            for (received, group) in received.iter_mut().zip(part.groups()) {
-                *received *= chances[usize::from(*group)];
+            let received = sent.received(texel.normal);
+            match chances == [1.0; LIGHT_GROUPS] {
+                true => received,
+                false => part.by_group(&received, &chances),
             }
-            received
         };
         let selected = self.selecting.samples(&texel.at, samples, rng, adds);
         for Selected {

@@ -12,7 +12,7 @@
 //! not removed but fade; where cones are merged or widened, the widening is weighed by the light that it spreads, and the
 //! narrowest cone around a sample takes it, so that the sun is not lost in the sky (`rules`); lights are chosen
 //! by what they would add without shadows, times the share of their samples that reached the block of late (`hidden`), among
-//! candidates of which each frame draws 1024 sets for all texels; an entry
+//! candidates of which each frame draws sets for all texels; an entry
 //! counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which
 //! lowers the count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones
 //! turn with it (`orientation`).

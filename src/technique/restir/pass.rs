@@ -207,7 +207,7 @@ impl<'a> Pass<'a> {
         let keys = [self.seed, viewer_key(self.shot), self.number];
         self.settings
             .presampled
-            .then(|| SharedTiles::new(keys, draw))
+            .then(|| SharedTiles::new(count, keys, draw))
     }
 
     fn candidate(&self, rng: &mut Rng) -> Option<ChosenPlace> {

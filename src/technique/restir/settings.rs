@@ -20,7 +20,7 @@ parameters! {
     pub struct Parameters {
         /// M: candidates of a reservoir, drawn by power; without it 32, rtxdi 10.
         candidates: Option<u32> = None, Within(1.0, 65536.0);
-        /// Whether candidates are those of a set that is drawn once a pass, with 1023 others, and serves many pixels; without it
+        /// Whether candidates are those of a set that is drawn once a pass, with many others, and serves many pixels; without it
         /// only rtxdi's are.
         presampled: Option<bool> = None;
         /// N: reservoirs of a pixel, each with a sample that is shaded; without it 4, restir-unbiased and rtxdi 1.
