@@ -5,12 +5,14 @@ mod even;
 mod guide;
 mod place;
 mod point;
+mod shared;
 mod tile;
 
 pub use emit::{Emitted, Source};
 pub use even::EvenLights;
 pub use place::{Arriving, ChosenPlace, LIGHT_GROUPS, LightPlace, Unshadowed};
-pub use tile::{LightTile, Sent, SharedTiles, TilePart};
+pub use shared::SharedTiles;
+pub use tile::{LightTile, Sent, TilePart};
 
 use glam::Vec3;
 

@@ -276,19 +276,7 @@ fn wrong_sequences_are_refused_with_their_place_before_anything_is_written() {
             "unknown field `warmup`",
         ),
     ] {
-        fs::write(place.path().join("moving.toml"), config).expect("writable");
-        let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
-            .args(["run", "moving.toml", "--out", "x/moving"])
-            .current_dir(place.path())
-            .output()
-            .expect("runs");
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(
-            said.contains(at) && said.contains(expected),
-            "{said} ({at} {expected})"
-        );
-        assert!(!place.path().join("x").exists(), "nothing is written");
+        is_refused(place.path(), &config, [at, expected]);
     }
 }
 
@@ -349,6 +337,21 @@ fn a_motion_turns_the_environment_that_a_config_chooses() {
     assert!(errors[0] != errors[1] && errors[0].len() == 2, "{errors:?}");
 }
 
+/// Runs a config in a folder: exit code 2, what is expected is told, and nothing is written.
+fn is_refused(folder: &Path, config: &str, expected: [&str; 2]) {
+    fs::write(folder.join("moving.toml"), config).expect("writable");
+    let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
+        .args(["run", "moving.toml", "--out", "x/moving"])
+        .current_dir(folder)
+        .output()
+        .expect("runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    let told = expected.iter().all(|part| said.contains(part));
+    assert!(told, "{said} ({expected:?})");
+    assert!(!folder.join("x").exists(), "nothing is written");
+}
+
 /// A path of a scene that no viewer would follow: the scene would give the same numbers as the one before it.
 #[test]
 fn a_path_beside_viewers_is_refused_at_its_place() {
@@ -364,18 +367,6 @@ fn a_path_beside_viewers_is_refused_at_its_place() {
             "moving.toml:8:1:",
         ),
     ] {
-        fs::write(place.path().join("moving.toml"), text).expect("writable");
-        let output = Command::new(env!("CARGO_BIN_EXE_lightbench"))
-            .args(["run", "moving.toml", "--out", "x/moving"])
-            .current_dir(place.path())
-            .output()
-            .expect("runs");
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(
-            said.contains(at) && said.contains("`walk` would not be followed"),
-            "{said} ({at})"
-        );
-        assert!(!place.path().join("x").exists(), "nothing is written");
+        is_refused(place.path(), &text, [at, "`walk` would not be followed"]);
     }
 }

@@ -10,6 +10,7 @@ use super::incident::is_plain;
 use super::microfacet::{GgxMirror, Microfacets};
 use super::plastic::Coating;
 use super::{LocalBsdf, Model, fresnel};
+use crate::image::LUMINANCE;
 use crate::sample::Frame;
 
 /// Lights that are worked on together.
@@ -18,9 +19,6 @@ pub const LANES: usize = 32;
 pub type Lanes = [f32; LANES];
 /// A vector of each of them, one array a coordinate.
 pub type VectorLanes = [Lanes; 3];
-
-/// Weights of the channels in luminance.
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// What two parts of a material scatter of each direction, times the cosine to the normal.
 struct Parts {
@@ -63,14 +61,14 @@ impl LocalBsdf<'_> {
                 plastic.weights(seen_from.z)
             }
             Model::RoughConductor(metal, facets) if is_plain(*facets) => {
-                let weights = metal.specular * LUMINANCE * self.opacity;
+                let weights = metal.specular * Vec3::from(LUMINANCE) * self.opacity;
                 let lit = [irradiance, &[*x, *y, *z]];
                 metallic(lit, seen_from, metal, *facets, weights, &mut luminances);
                 return Some(luminances);
             }
             _ => return None,
         };
-        let weights = weights.map(|weight| weight * LUMINANCE * self.opacity);
+        let weights = weights.map(|weight| weight * Vec3::from(LUMINANCE) * self.opacity);
         weigh(&parts, irradiance, weights, &mut luminances);
         Some(luminances)
     }

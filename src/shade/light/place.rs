@@ -94,7 +94,7 @@ impl Lights<'_> {
     }
 
     /// Which of [`LIGHT_GROUPS`] groups a place is in: all of an emitting shape in one, the environment in parts.
-    pub fn group(&self, place: &LightPlace) -> u8 {
+    pub fn group(&self, place: &LightPlace) -> u32 {
         let number = match *place {
             LightPlace::Triangle(triangle, _) => self.scene.triangle_shape[triangle as usize],
             LightPlace::Point(number) | LightPlace::Parallel(number) => number,
@@ -103,7 +103,7 @@ impl Lights<'_> {
                 v * ENVIRONMENT_PARTS + u
             }
         };
-        (number % LIGHT_GROUPS as u32) as u8
+        number % LIGHT_GROUPS as u32
     }
 
     /// The place `at` of the environment, with its density among those of the environment alone. `None` without one.

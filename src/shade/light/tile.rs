@@ -1,44 +1,13 @@
 //! Many places on lights at once, and what they send to surfaces: loops that processors work through many at a time.
-//! One tile may serve many surfaces (presampled lights: Wyman and Panteleev, "Rearchitecting Spatiotemporal Resampling for
-//! Production", 2021).
 
 use glam::Vec3;
 use multiversion::multiversion;
-use rayon::prelude::*;
 
 use super::{Arriving, ChosenPlace, FacingPoint, LIGHT_GROUPS, LightPlace, Lights, Unshadowed};
 use crate::image::luminance;
 use crate::sample::Rng;
 use crate::shade::bsdf::{LANES, Lanes, VectorLanes};
 use crate::shade::surface::Interaction;
-
-/// Tiles that many surfaces share.
-pub struct SharedTiles(Vec<LightTile>);
-
-/// Tiles that are shared at most: neighbours seldom have the same one.
-const TILES: usize = 1024;
-/// Places of all tiles together, where those are large: of more, few are at hand in a processor's cache.
-const PLACES: usize = 16384;
-/// Keys their random numbers.
-const STREAM: u64 = 0x7469_6c65_7320;
-
-impl SharedTiles {
-    /// Draws tiles of `count` places each; seed, stream and number key their random numbers.
-    pub fn new(
-        count: usize,
-        [seed, stream, number]: [u64; 3],
-        draw: impl Fn(&mut Rng) -> LightTile + Sync,
-    ) -> Self {
-        let tiles = (PLACES / count.max(1)).clamp(1, TILES);
-        let one = |tile| draw(&mut Rng::new(seed, STREAM ^ stream, tile as u64, number));
-        Self((0..tiles).into_par_iter().map(one).collect())
-    }
-
-    /// One of them, at random.
-    pub fn pick(&self, rng: &mut Rng) -> &LightTile {
-        &self.0[rng.below(self.0.len())]
-    }
-}
 
 /// Places on lights that were selected at random, evenly spaced over all lights by power.
 pub struct LightTile {
@@ -125,8 +94,8 @@ impl LightTile {
     }
 
     /// The [`Lights::group`] of place `number`.
-    pub fn group(&self, number: usize) -> u8 {
-        self.parts[number / LANES].groups[number % LANES] as u8
+    pub fn group(&self, number: usize) -> u32 {
+        self.parts[number / LANES].groups[number % LANES]
     }
 
     /// What place `number` sends to a surface: [`Lights::arriving`].
@@ -195,7 +164,7 @@ impl TilePart {
     }
 
     fn place(&mut self, lane: usize, lights: &Lights, ChosenPlace { place, density }: ChosenPlace) {
-        self.groups[lane] = u32::from(lights.group(&place));
+        self.groups[lane] = lights.group(&place);
         (self.places[lane], self.density[lane]) = (place, density);
     }
 

@@ -45,7 +45,7 @@ pub(crate) struct Presampled {
 pub(crate) struct Selected {
     pub arriving: Arriving,
     /// Which [`Lights::group`] it is of.
-    pub group: u8,
+    pub group: u32,
     /// Of the sample, per unit of the measure of places; NaN where what a candidate adds is not finite.
     pub density: f32,
 }

@@ -136,9 +136,10 @@ impl Gathering<'_> {
         };
         let mut update = Update::of(entry, &self.parameters.rules, samples);
         let cosine = |direction: Vec3| direction.dot(texel.normal).max(0.0);
-        let chances = match self.parameters.hidden {
-            HiddenLights::AsSeen => [1.0; LIGHT_GROUPS],
-            HiddenLights::Remembered => hidden.chances(),
+        let remembers = self.parameters.hidden == HiddenLights::Remembered;
+        let chances = match remembers {
+            true => hidden.chances(),
+            false => [1.0; LIGHT_GROUPS],
         };
         let adds = |part: &TilePart, sent: &Sent| {
             let received = sent.received(texel.normal);
@@ -163,7 +164,9 @@ impl Gathering<'_> {
                 continue;
             }
             let arrives = !caster.occluded(&arriving.shadow_ray);
-            hidden.remember(group, arrives);
+            if remembers {
+                hidden.remember(group, arrives);
+            }
             if arrives {
                 let direction = texel.frame.to_local(arriving.direction);
                 update.add(direction, light / samples as f32);

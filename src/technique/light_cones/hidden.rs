@@ -30,8 +30,8 @@ impl<'b> Hidden<'b> {
     }
 
     /// Remembers whether a sample of a group arrived.
-    pub fn remember(&mut self, group: u8, arrived: bool) {
-        let group = usize::from(group);
+    pub fn remember(&mut self, group: u32, arrived: bool) {
+        let group = group as usize;
         let [mut samples, mut arrivals] = self.counts(group);
         if samples >= MOST {
             (samples, arrivals) = (samples / 2, arrivals / 2);
