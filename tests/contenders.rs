@@ -7,8 +7,8 @@ use lightbench::image::Image;
 use lightbench::registry::TECHNIQUES;
 use lightbench::scene::{Material, Scene, SceneDescription, ShapeDescription, ShapeSource, View};
 use lightbench::technique::{
-    Choice, Contender, Film, Listed as AsListed, Passes, Rendered, Shot, Technique, TechniqueEntry,
-    Terms, play_frame, reference_pass,
+    Choice, Contender, Film, Listed as AsListed, Passes, Playing, Rendered, Shot, Technique,
+    TechniqueEntry, Terms, reference_pass,
 };
 use lightbench::trace::{RayCounter, Tracer};
 use lightbench::world::{self, Moment, Motion};
@@ -101,8 +101,14 @@ impl Listed {
     }
 
     fn started(&self, terms: Terms) -> Box<dyn Contender + '_> {
-        let started = self.technique.start(&self.id, &self.parameters, terms);
-        started.expect("starts").contender
+        self.playing(terms).contender
+    }
+
+    fn playing(&self, terms: Terms) -> Playing<'_> {
+        let choice = self.choice(terms.budget, terms.seed);
+        choice
+            .play_from_start(self.technique.as_ref())
+            .expect("starts")
     }
 
     /// What a viewer sees of a moment, whose exposure is that of a sequence which begins there.
@@ -417,31 +423,31 @@ fn over_a_moving_scene_a_sequence_goes_on_to_the_same_bits() {
     for listed in all().iter().filter(|listed| listed.remembers()) {
         tested += 1;
         let terms = listed.choice(listed.budget(), 5).terms;
-        let play = |contender: &mut dyn Contender, world: &mut world::World, frame: u32| {
+        let play = |playing: &mut Playing, world: &mut world::World, frame: u32| {
             let shots = listed.both(world.at(time_s(frame)), frame);
-            let images = play_frame(contender, &shots).expect("images");
+            let images = playing.frame(&shots).expect("images");
             let bits = |image: &Rendered| format!("{} {}", fingerprint(image), image.bytes_cache);
             images.iter().map(bits).collect::<Vec<String>>()
         };
         let mut world = moving_room(listed.technique.as_ref());
-        let mut contender = listed.started(terms);
+        let mut playing = listed.playing(terms);
         let whole: Vec<Vec<String>> = (0..FRAMES)
-            .map(|frame| play(contender.as_mut(), &mut world, frame))
+            .map(|frame| play(&mut playing, &mut world, frame))
             .collect();
         assert_ne!(whole[1], whole[2], "{}: nothing moves", listed.name());
         world.rewind();
-        contender = listed.started(terms);
+        playing = listed.playing(terms);
         for frame in 0..FRAMES {
             if let Some(before) = frame.checked_sub(1) {
-                let memory = contender.memory().expect("memory");
-                contender = listed.started(terms);
+                let memory = playing.contender.memory().expect("memory");
+                playing = listed.playing(terms);
                 world.rewind();
                 let first = listed.both(world.at(time_s(0)), 0);
-                contender.rebuild(&first).expect("the first frame");
-                contender.recall(&memory).expect("its own");
+                playing.contender.rebuild(&first).expect("the first frame");
+                playing.recall(&memory).expect("its own");
                 world.at(time_s(before));
             }
-            let images = play(contender.as_mut(), &mut world, frame);
+            let images = play(&mut playing, &mut world, frame);
             let name = format!("{} frame {frame}", listed.name());
             assert_eq!(images, whole[frame as usize], "{name}");
         }

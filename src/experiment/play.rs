@@ -13,7 +13,7 @@ use super::{Job, LIGHTS_IN_TIME};
 use crate::image::Image;
 use crate::metric::{CompareOptions, Comparison, compare, pixel_errors};
 use crate::scene::View;
-use crate::technique::{Contender, Film, Rendered, Shot, Started, Technique, play_frame};
+use crate::technique::{Contender, Film, Playing, Rendered, Shot, Technique};
 use crate::world::Moment;
 
 /// A job and all that it is played with.
@@ -55,13 +55,14 @@ impl Player<'_> {
         let sequence = &self.job.sequence;
         let exposures = truths.exposures(|| self.exposures(loaded))?;
         let mut state = Checkpoint::read(self.folder);
-        let mut contender = self.start(state.count)?;
-        self.rewind(loaded, truths, &exposures, contender.as_mut(), state.done)?;
-        contender.recall(&state.memory)?;
+        let mut playing = self.start(state.count)?;
+        let contender = playing.contender.as_mut();
+        self.rewind(loaded, truths, &exposures, contender, state.done)?;
+        playing.recall(&state.memory)?;
         let mut written = std::time::Instant::now();
         let frames = sequence.frames.iter().enumerate().skip(state.done);
         for (place, &number) in frames {
-            if !renders(self.job, contender.as_ref(), place) {
+            if !renders(self.job, playing.contender.as_ref(), place) {
                 state.errors.clear();
                 state.done = place + 1;
                 continue;
@@ -86,19 +87,19 @@ impl Player<'_> {
                     if sequence.images() == 1 {
                         images
                     } else {
-                        contender = self.start(state.count)?;
-                        let played = self.frame(contender.as_mut(), &frame, truths)?;
+                        playing = self.start(state.count)?;
+                        let played = self.frame(&mut playing, &frame, truths)?;
                         played.into_iter().zip(images).map(with_search).collect()
                     }
                 }
-                _ => self.frame(contender.as_mut(), &frame, truths)?,
+                _ => self.frame(&mut playing, &frame, truths)?,
             };
             self.measure(&frame, images, &mut state, truths)?;
             state.done = place + 1;
             self.progress
                 .frame(self.job, state.done, sequence.frames.len());
             if written.elapsed() >= self.checkpoint_every && state.done < sequence.frames.len() {
-                state.memory = contender.memory()?;
+                state.memory = playing.contender.memory()?;
                 state.write(self.folder).map_err(|e| e.to_string())?;
                 written = std::time::Instant::now();
             }
@@ -112,10 +113,9 @@ impl Player<'_> {
     }
 
     /// The contender; `count` is what a budget in seconds was found to pay for.
-    fn start(&self, count: Option<u64>) -> Result<Box<dyn Contender + '_>, String> {
+    fn start(&self, count: Option<u64>) -> Result<Playing<'_>, String> {
         let count = count.or(self.job.budget.count()).unwrap_or(1);
-        let started = self.job.choice(count).start(self.technique);
-        started.map(|Started { contender, .. }| contender)
+        self.job.choice(count).play_from_start(self.technique)
     }
 
     /// The world one frame before the next one that is played: the beginning, or after a checkpoint. Then the contender
@@ -178,15 +178,15 @@ impl Player<'_> {
     /// Renders a frame, after a search for settings if it is the first.
     fn frame(
         &self,
-        contender: &mut dyn Contender,
+        playing: &mut Playing,
         frame: &Frame,
         truths: &mut Truths,
     ) -> Result<Vec<Rendered>, String> {
-        if frame.place == 0 && contender.searches() {
-            self.search(contender, frame.shots, truths)?;
+        if frame.place == 0 && playing.contender.searches() {
+            self.search(playing.contender.as_mut(), frame.shots, truths)?;
         }
         let start = std::time::Instant::now();
-        let images = self.played(contender, frame)?;
+        let images = self.played(playing, frame)?;
         let charged: f64 = images.iter().map(|image| image.stages.total().wall).sum();
         // Charged may be what earlier jobs have found.
         let uncharged = (start.elapsed().as_secs_f64() - charged).max(0.0);
@@ -195,15 +195,11 @@ impl Player<'_> {
     }
 
     /// The images of a frame, with the cells that those to be kept show.
-    fn played(
-        &self,
-        contender: &mut dyn Contender,
-        frame: &Frame,
-    ) -> Result<Vec<Rendered>, String> {
-        let mut images = play_frame(contender, frame.shots)?;
+    fn played(&self, playing: &mut Playing, frame: &Frame) -> Result<Vec<Rendered>, String> {
+        let mut images = playing.frame(frame.shots)?;
         for (shot, rendered) in frame.shots.iter().zip(&mut images) {
             if self.is_image(shot) || self.is_kept(shot) {
-                rendered.cells = contender.cells(shot);
+                rendered.cells = playing.contender.cells(shot);
             }
         }
         Ok(images)
@@ -239,7 +235,7 @@ impl Player<'_> {
     /// The images of the first frame with as many lights or samples as take some seconds, and their number.
     fn within(&self, seconds: f64, frame: &Frame) -> Result<(u64, Vec<Rendered>), String> {
         let images = equal_time::render_within(seconds, |count| {
-            self.played(self.start(Some(count))?.as_mut(), frame)
+            self.played(&mut self.start(Some(count))?, frame)
         })?;
         let found = images[0]
             .found
@@ -332,14 +328,14 @@ impl Player<'_> {
         if !sequence.cold || !sequence.is_measured(frame.place) {
             return Ok(Vec::new());
         }
-        let mut contender = self.start(count)?;
-        if !contender.remembers() {
+        let mut playing = self.start(count)?;
+        if !playing.contender.remembers() {
             return Ok(Vec::new());
         }
-        if contender.searches() {
-            self.search(contender.as_mut(), frame.shots, truths)?;
+        if playing.contender.searches() {
+            self.search(playing.contender.as_mut(), frame.shots, truths)?;
         }
-        let images = play_frame(contender.as_mut(), frame.shots)?;
+        let images = playing.frame(frame.shots)?;
         Ok(images.into_iter().map(|rendered| rendered.image).collect())
     }
 

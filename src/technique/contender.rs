@@ -6,7 +6,7 @@ use super::{Film, Listed, Shot, Site, Stages, Technique};
 use crate::entry::{About, ParameterError};
 use crate::environment::LightSet;
 use crate::image::Image;
-use crate::memory::Peak;
+use crate::memory::{Peak, held};
 use crate::scene::Scene;
 use crate::trace::RayCounts;
 
@@ -193,11 +193,24 @@ impl Choice<'_> {
         shots: &[Shot],
         references: &[&Image],
     ) -> Result<Vec<Rendered>, String> {
-        let mut contender = self.start(technique)?.contender;
-        if contender.searches() && references.len() == shots.len() {
-            contender.search(shots, references)?;
+        let mut playing = self.play_from_start(technique)?;
+        if playing.contender.searches() && references.len() == shots.len() {
+            playing.contender.search(shots, references)?;
         }
-        play_frame(contender.as_mut(), shots)
+        playing.frame(shots)
+    }
+
+    /// Starts the contender to play frame after frame.
+    ///
+    /// # Errors
+    /// As for [`Choice::start`].
+    pub fn play_from_start<'a>(&self, technique: &'a dyn Technique) -> Result<Playing<'a>, String> {
+        let before = held();
+        let Started { contender, .. } = self.start(technique)?;
+        Ok(Playing {
+            contender,
+            kept: held().saturating_sub(before),
+        })
     }
 
     /// As [`Choice::play`], of one shot.
@@ -216,21 +229,41 @@ impl Choice<'_> {
     }
 }
 
-/// One frame of a contender at work: the images of its shots, with the light that all contenders share, and the
-/// memory that they took.
-///
-/// # Errors
-/// Those of [`Contender::frame`].
-pub fn play_frame(contender: &mut dyn Contender, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
-    let peak = Peak::start();
-    let mut images = contender.frame(shots)?;
-    let held = peak.bytes();
-    let kept: usize = images.iter().map(|rendered| rendered.bytes_cache).sum();
-    for (shot, rendered) in shots.iter().zip(&mut images) {
-        rendered.bytes_work = held.saturating_sub(kept);
-        shot.add_layer(&mut rendered.image);
+/// A contender at work, frame after frame.
+pub struct Playing<'a> {
+    /// What is asked besides frames.
+    pub contender: Box<dyn Contender + 'a>,
+    /// Bytes that it holds between frames: what its start took, and then what its last frame says that it keeps.
+    kept: usize,
+}
+
+impl Playing<'_> {
+    /// The images of a frame's shots, with the light that all contenders share, and the memory that they took.
+    ///
+    /// # Errors
+    /// Those of [`Contender::frame`].
+    pub fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
+        let peak = Peak::start();
+        let mut images = self.contender.frame(shots)?;
+        let most = self.kept + peak.bytes();
+        self.kept = images.iter().map(|rendered| rendered.bytes_cache).sum();
+        for (shot, rendered) in shots.iter().zip(&mut images) {
+            rendered.bytes_work = most.saturating_sub(self.kept);
+            shot.add_layer(&mut rendered.image);
+        }
+        Ok(images)
     }
-    Ok(images)
+
+    /// As [`Contender::recall`].
+    ///
+    /// # Errors
+    /// Those of it.
+    pub fn recall(&mut self, memory: &[u8]) -> Result<(), String> {
+        let before = held();
+        self.contender.recall(memory)?;
+        self.kept += held().saturating_sub(before);
+        Ok(())
+    }
 }
 
 /// What a search for settings took; excluded from the totals of every contender.

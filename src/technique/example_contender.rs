@@ -104,7 +104,7 @@ fn images(kept: Kept) -> Vec<Option<Image>> {
 mod tests {
     use super::*;
     use crate::scene::{Needs, Scene, find_scene};
-    use crate::technique::{Film, play_frame};
+    use crate::technique::Film;
     use crate::trace::Tracer;
     use crate::world::Moment;
 
@@ -133,7 +133,7 @@ mod tests {
             let moment = Moment::still(&scene, &tracer);
             let mut shot = Shot::new(moment, &scene.views[0], film);
             shot.frame = frame;
-            let rendered = play_frame(contender.as_mut(), &[shot]).expect("rendered");
+            let rendered = contender.frame(&[shot]).expect("rendered");
             images.push(rendered[0].image.pixels.clone());
         }
         assert!(images[0] == images[1] && images[2] == images[3]);

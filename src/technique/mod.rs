@@ -32,8 +32,8 @@ mod unit;
 
 pub use cached::{CachedFunction, CachedTechnique, Lookup};
 pub use contender::{
-    Choice, Contender, ContenderEntry, Foreseen, PlacedRecord, Rendered, Search, Started, Terms,
-    play_frame,
+    Choice, Contender, ContenderEntry, Foreseen, PlacedRecord, Playing, Rendered, Search, Started,
+    Terms,
 };
 pub use distribution::Distribution;
 

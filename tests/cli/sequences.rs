@@ -1,5 +1,6 @@
 //! Sequences from outside: interrupted ones go on, and programs share references.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -94,6 +95,19 @@ fn results(folder: &Path) -> Vec<String> {
     found
 }
 
+/// The lines of all tables of frames, by column.
+fn frames(folder: &Path) -> Vec<HashMap<String, String>> {
+    let jobs = fs::read_dir(folder.join("jobs")).expect("jobs");
+    let tables = jobs.map(|job| job.expect("a job").path().join("frames.csv"));
+    let lines = |table| {
+        csv::Reader::from_path(table)
+            .expect("frames")
+            .into_deserialize()
+    };
+    let all = tables.flat_map(lines).map(|line| line.expect("a line"));
+    all.collect()
+}
+
 /// `LIGHTBENCH_KILLS` sets how often, 4 by default.
 #[test]
 fn a_killed_sequence_goes_on_to_the_same_bits() {
@@ -141,11 +155,15 @@ fn a_killed_sequence_goes_on_to_the_same_bits() {
 #[test]
 fn caches_of_a_moving_scene_go_on_to_the_same_bits() {
     let place = prepare();
-    let methods = "[[method]]\nid = \"hash-cache\"\nlevels = 6\n[[method]]\nid = \"sharc\"\n";
-    let config = CONFIG.split("[[method]]").next().expect("the rest");
-    let config = config.replace("path-tracing", "radiance") + methods;
-    fs::write(place.path().join("caches.toml"), config).expect("writable");
-    for method in ["hash-cache", "sharc"] {
+    let rest = CONFIG.split("[[method]]").next().expect("the rest");
+    for (technique, method) in [
+        ("radiance", "hash-cache"),
+        ("radiance", "sharc"),
+        ("direct-lighting", "light-cones"),
+    ] {
+        let config = rest.replace("path-tracing", technique);
+        let config = format!("{config}[[method]]\nid = \"{method}\"\n");
+        fs::write(place.path().join("caches.toml"), config).expect("writable");
         let start = |out: &str| start_with(place.path(), out, &["caches.toml", "--method", method]);
         let whole = format!("{method}/whole");
         assert!(start(&whole).wait().expect("ends").success());
@@ -167,6 +185,10 @@ fn caches_of_a_moving_scene_go_on_to_the_same_bits() {
         assert!(start(&killed).wait().expect("ends").success(), "{method}");
         let [whole, killed] = [whole, killed].map(|out| results(&place.path().join(out)));
         assert_eq!(killed, whole, "{method}");
+        for frame in frames(&place.path().join(format!("{method}/whole"))) {
+            // What was kept before is neither work nor taken from it.
+            assert_ne!(frame["bytes_work"], "0", "{method}: {frame:?}");
+        }
     }
 }
 

@@ -150,7 +150,7 @@ impl Job<'_> {
             .for_each(|known| rendered.rays += known.rays);
         rendered.non_finite = image.non_finite + placed().map(|p| p.record.non_finite).sum::<u64>();
         rendered.lookups = image.lookups;
-        rendered.bytes_cache = store.placed.len() * size_of::<Placed>();
+        rendered.bytes_cache = store.bytes();
         rendered.found = vec![
             ("allowed_error", f64::from(error)),
             ("misses", image.misses as f64),
