@@ -1,6 +1,7 @@
 //! Square blocks of texels with exact sums, for samplers whose cost grows with the number of texels.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::relaxation::Item;
 use super::texels::{Cluster, Texels, angle_rad};
@@ -28,21 +29,26 @@ impl Blocks {
         let side = (1..).find(|&side| count(side) <= most.max(1)).unwrap_or(1);
         let width = texels.width().div_ceil(side);
         let height = texels.height().div_ceil(side);
-        let mut blocks = Self {
+        let mut sums = vec![Cluster::default(); width * height];
+        let mut solid_angles_sr = vec![0.0; width * height];
+        let rows = sums
+            .par_chunks_mut(width)
+            .zip(solid_angles_sr.par_chunks_mut(width));
+        rows.enumerate().for_each(|(row, (sums, solid_angles_sr))| {
+            for y in row * side..((row + 1) * side).min(texels.height()) {
+                for x in 0..texels.width() {
+                    sums[x / side].add(texels, y * texels.width() + x);
+                    solid_angles_sr[x / side] += texels.rows[y].solid_angle;
+                }
+            }
+        });
+        Self {
             side,
             width,
             height,
-            sums: vec![Cluster::default(); width * height],
-            solid_angles_sr: vec![0.0; width * height],
-        };
-        for y in 0..texels.height() {
-            for x in 0..texels.width() {
-                let block = y / side * width + x / side;
-                blocks.sums[block].add(texels, y * texels.width() + x);
-                blocks.solid_angles_sr[block] += texels.rows[y].solid_angle;
-            }
+            sums,
+            solid_angles_sr,
         }
-        blocks
     }
 
     /// Sums over the map.

@@ -3,10 +3,12 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
+
 use super::blocks::Blocks;
 use super::mean_shift::neighbours;
 use super::relaxation::{Cells, Item};
-use super::texels::Texels;
+use super::texels::{Cluster, Texels};
 
 /// A connected part of the map.
 #[derive(Clone, Debug, Default)]
@@ -28,7 +30,8 @@ impl Stratum {
 /// All strata of a map.
 pub(super) struct Strata<'a> {
     blocks: &'a Blocks,
-    texels: &'a Texels<'a>,
+    /// Of the blocks; `None` of black ones.
+    items: Vec<Option<Item>>,
     strata: Vec<Stratum>,
 }
 
@@ -39,11 +42,17 @@ const FEWEST_BLOCKS: usize = 8;
 
 impl<'a> Strata<'a> {
     /// From a label for every block.
-    pub fn new(texels: &'a Texels<'a>, blocks: &'a Blocks, labels: &[u32]) -> Self {
+    pub fn new(texels: &Texels, blocks: &'a Blocks, labels: &[u32]) -> Self {
         let count = labels.iter().max().map_or(0, |&l| l as usize + 1);
+        let item = |sums: &Cluster| {
+            Some(Item {
+                direction: sums.direction(texels)?,
+                moment: sums.moment,
+            })
+        };
         let mut strata = Self {
             blocks,
-            texels,
+            items: blocks.sums.par_iter().map(item).collect(),
             strata: vec![Stratum::default(); count],
         };
         for (block, &label) in labels.iter().enumerate() {
@@ -106,12 +115,7 @@ impl<'a> Strata<'a> {
         let lit: Vec<(u32, Item)> = stratum
             .blocks
             .iter()
-            .filter_map(|&block| {
-                let sums = &self.blocks.sums[block as usize];
-                let direction = sums.direction(self.texels)?;
-                let moment = sums.moment;
-                Some((block, Item { direction, moment }))
-            })
+            .filter_map(|&block| Some((block, self.items[block as usize]?)))
             .collect();
         let items: Vec<Item> = lit.iter().map(|(_, item)| *item).collect();
         let centres = far_pair(&items);

@@ -62,7 +62,7 @@ impl<'a> Texels<'a> {
         Self {
             rows,
             columns,
-            luminance: pixels.iter().map(|&rgb| luminance(rgb)).collect(),
+            luminance: pixels.par_iter().map(|&rgb| luminance(rgb)).collect(),
             pixels,
         }
     }

@@ -9,6 +9,7 @@ use super::{Environment, EnvironmentSampler, LightSampler, LightSet};
 use crate::entry::{About, Bias, parameters};
 use crate::environment::SamplerEntry;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The registry's entry.
 pub const ENTRY: SamplerEntry = SamplerEntry {
@@ -89,8 +90,8 @@ fn tones(blocks: &Blocks) -> Vec<f64> {
         .sum::<f64>()
         / total;
     let middle = scale * mean_log.exp();
-    pairs()
-        .map(|pair| luminance(pair) / (luminance(pair) + middle))
+    let lit = blocks.sums.par_iter().zip(&blocks.solid_angles_sr);
+    lit.map(|pair| luminance(pair) / (luminance(pair) + middle))
         .collect()
 }
 
@@ -98,6 +99,7 @@ fn tones(blocks: &Blocks) -> Vec<f64> {
 fn block_directions(texels: &Texels, blocks: &Blocks) -> Vec<DVec3> {
     let (side, columns, rows) = (blocks.side, blocks.width, blocks.height);
     (0..columns * rows)
+        .into_par_iter()
         .map(|i| {
             let centre = |block: usize, length: usize| {
                 let end = ((block + 1) * side).min(length);
