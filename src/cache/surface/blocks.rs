@@ -120,7 +120,8 @@ impl Blocks {
     /// no room the block that was asked for longest ago goes, if it is not asked for now.
     pub fn begin(&mut self, requests: &Requests, charts: &Charts, grid: &Grid) -> Asked {
         self.frame += 1;
-        self.slots.iter_mut().for_each(|slot| slot.asked = 0);
+        let slots = self.slots.par_iter_mut().with_min_len(1024);
+        slots.for_each(|slot| slot.asked = 0);
         let requests = requests.blocks();
         let known: Vec<Option<u32>> = requests
             .par_iter()
@@ -178,10 +179,10 @@ impl Blocks {
 
     fn give_up_old(&mut self) -> u64 {
         let old = |slot: &Slot| self.frame - slot.seen > self.limits.frames;
-        let slots = (0..).zip(&self.slots);
+        let slots = self.slots.par_iter().with_min_len(1024).enumerate();
         let old: Vec<u32> = slots
             .filter(|(_, slot)| slot.key.is_some() && old(slot))
-            .map(|(index, _)| index)
+            .map(|(index, _)| index as u32)
             .collect();
         old.iter().for_each(|&slot| self.give_up(slot));
         old.len() as u64

@@ -22,8 +22,8 @@ impl Requests {
 
     /// Each block once, in the order of keys: the same whatever was asked for first.
     pub fn merge(&mut self) {
-        // Two merged requests one after another are two sorted runs, which a stable sort merges.
-        self.blocks.sort();
+        // Merged requests one after another are sorted runs, which a stable sort merges, with all threads where they are many.
+        self.blocks.par_sort();
         self.blocks.dedup_by(|next, kept| {
             let same = next.0 == kept.0;
             if same {
@@ -33,14 +33,16 @@ impl Requests {
         });
     }
 
-    /// All that some requests ask for, merged.
+    /// All that some merged requests ask for, merged.
     pub fn merged(all: Vec<Self>) -> Self {
-        let both = |mut one: Self, other: Self| {
-            one.blocks.extend(other.blocks);
-            one.merge();
-            one
-        };
-        all.into_par_iter().reduce(Self::default, both)
+        let mut all = all.into_iter();
+        let mut both = all.next().unwrap_or_default();
+        let first = both.blocks.len();
+        all.for_each(|one| both.blocks.extend(one.blocks));
+        if both.blocks.len() > first {
+            both.merge();
+        }
+        both
     }
 
     /// Blocks and masks.

@@ -44,10 +44,8 @@ pub(super) fn uncover(
         return 0;
     }
     let known = &*surfaces;
-    let witnesses = least(
-        seen.iter()
-            .flat_map(|(shot, sight)| witnesses(known, shot, sight, parameters)),
-    );
+    let witnesses = |(shot, sight): &(&Shot, &Sight)| witnesses(known, shot, sight, parameters);
+    let witnesses = least(seen.iter().map(witnesses).collect());
     let moved: Vec<bool> = witnesses
         .par_iter()
         .map_init(
@@ -93,14 +91,16 @@ fn witnesses(
                 }
             }
         }
-        least(found.into_iter())
+        least(vec![found])
     });
     rows.flatten_iter().collect()
 }
 
-/// One witness for each texel.
-fn least(all: impl Iterator<Item = Witness>) -> Vec<Witness> {
-    let mut all: Vec<Witness> = all.collect();
+/// One witness for each texel, of some lists of them.
+fn least(lists: Vec<Vec<Witness>>) -> Vec<Witness> {
+    let mut lists = lists.into_iter();
+    let mut all = lists.next().unwrap_or_default();
+    lists.for_each(|list| all.extend(list));
     all.par_sort_unstable_by_key(Witness::order);
     all.dedup_by_key(|witness| witness.texel);
     all
