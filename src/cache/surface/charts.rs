@@ -24,6 +24,8 @@ pub struct Charts {
     island_of: Vec<u32>,
     /// Where the corners of each triangle lie in its chart.
     corners: Vec<[Vec2; 3]>,
+    /// Twice the area that each triangle had, scene units².
+    areas: Vec<f32>,
     islands: Vec<Chart>,
     /// Triangles, island by island.
     members: Vec<u32>,
@@ -44,7 +46,12 @@ impl Charts {
             .par_iter()
             .map(|mesh| islands(positions, &triangles[mesh.clone()]))
             .collect();
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
+            (b - a).cross(c - a).length()
+        };
         let mut charts = Self {
+            areas: triangles.par_iter().map(area).collect(),
             island_of: vec![0; triangles.len()],
             corners: vec![[Vec2::ZERO; 3]; triangles.len()],
             ..Self::default()
@@ -91,6 +98,13 @@ impl Charts {
         }
     }
 
+    /// How many times as long a triangle is now as it was when the charts were made, by the square root of its area; `twice`
+    /// is twice its area now. 1 where it had none, or has none now.
+    pub fn grown(&self, triangle: u32, twice: f32) -> f32 {
+        let grown = (twice / self.areas[triangle as usize]).sqrt();
+        if grown.is_normal() { grown } else { 1.0 }
+    }
+
     /// Extent of an island's chart, scene units.
     pub fn size(&self, island: u32) -> Vec2 {
         self.islands[island as usize].size
@@ -109,6 +123,7 @@ impl Charts {
     pub fn bytes(&self) -> usize {
         size_of_val(self.island_of.as_slice())
             + size_of_val(self.corners.as_slice())
+            + size_of_val(self.areas.as_slice())
             + size_of_val(self.islands.as_slice())
             + size_of_val(self.members.as_slice())
     }
@@ -132,5 +147,7 @@ mod tests {
         let members: Vec<u32> = one.members(0).map(|(triangle, _)| triangle).collect();
         assert_eq!(members, [0, 1]);
         assert!(Charts::new(&[], &[], &[]).is_empty());
+        assert_eq!([one.grown(0, 2.0), one.grown(1, 18.0)], [1.0, 3.0]);
+        assert_eq!([one.grown(0, 0.0), one.grown(0, f32::NAN)], [1.0, 1.0]);
     }
 }

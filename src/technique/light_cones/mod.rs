@@ -56,7 +56,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 6,
+        version: 7,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
@@ -114,12 +114,14 @@ impl Contender for LightCones {
         rendered
             .stages
             .time("blocks", || surfaces.stillness.next(first.scene));
-        let sights: Vec<Sight> = shots
+        let mut sights: Vec<Sight> = shots
             .iter()
             .zip(&mut images)
             .map(|(shot, rendered)| self.look(&surfaces, shot, rendered))
             .collect();
-        let requests = Requests::merged(sights.iter().map(|s| s.requests.clone()).collect());
+        let asked = sights.iter_mut().map(|s| std::mem::take(&mut s.requests));
+        let merged = || Requests::merged(asked.collect());
+        let requests = images[0].stages.time("blocks", merged);
         let seen: Vec<(&Shot, &Sight)> = shots.iter().zip(&sights).collect();
         let updated = self.update(&mut surfaces, &requests, &seen, &mut images[0]);
         for ((shot, sight), rendered) in shots.iter().zip(&sights).zip(&mut images) {
@@ -176,7 +178,7 @@ impl LightCones {
     fn look(&self, surfaces: &Surfaces, shot: &Shot, rendered: &mut Rendered) -> Sight {
         let counter = RayCounter::default();
         let sight = rendered.stages.time("visibility", || {
-            Sight::new(shot, surfaces, &self.parameters, &counter)
+            Sight::new(shot, surfaces, &self.parameters, self.terms.seed, &counter)
         });
         rendered.rays += counter.read();
         sight

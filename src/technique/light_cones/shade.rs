@@ -111,7 +111,7 @@ impl Shading<'_> {
                     let radiance = match sight.looks[pixel * samples + sample] {
                         Some(look) => self.seen(workplace, look, [pixel, sample]),
                         None => {
-                            let ray = camera_ray(self.shot, pixel as u32, sample as u32);
+                            let ray = camera_ray(self.shot, self.seed, pixel as u32, sample as u32);
                             self.shot.paths.lights().environment(ray.direction)
                         }
                     };

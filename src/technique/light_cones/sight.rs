@@ -4,8 +4,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::options::{Filter, Parameters};
-use super::texels::{Surfaces, normal_of};
+use super::texels::{Surfaces, normal_of, twice_area};
 use crate::cache::surface::{Grid, Requests, Surface, Texel};
+use crate::memory::room_for;
 use crate::sample::Rng;
 use crate::scene::Scene;
 use crate::technique::Shot;
@@ -46,6 +47,8 @@ struct Addresses<'a> {
     shot: &'a Shot<'a>,
     surfaces: &'a Surfaces,
     parameters: &'a Parameters,
+    /// Of the places of camera samples in pixels.
+    seed: u64,
     /// Side of a pixel at distance 1.
     pixel_angle: f32,
 }
@@ -59,11 +62,21 @@ impl Sight {
         shot: &Shot,
         surfaces: &Surfaces,
         parameters: &Parameters,
+        seed: u64,
         counter: &RayCounter,
     ) -> Self {
         let samples = shot.spp as usize;
-        let addresses = Addresses::new(shot, surfaces, parameters);
-        let mut looks = vec![None; shot.pixels() * samples];
+        let [_, half] = shot.view.half_tangents(shot.width, shot.height);
+        let addresses = Addresses {
+            shot,
+            surfaces,
+            parameters,
+            seed,
+            pixel_angle: (2.0 * half / shot.height as f64) as f32,
+        };
+        // Written by all threads: one alone would wait for each page of it.
+        let mut looks = room_for(shot.pixels() * samples);
+        looks.par_extend(rayon::iter::repeat_n(None, shot.pixels() * samples));
         let band = (shot.width * TILE * samples).max(1);
         let bands: Vec<(Requests, u64)> = looks
             .par_chunks_mut(band)
@@ -91,25 +104,15 @@ const STREAM: u64 = 0x636f_6e65_6361;
 
 /// The camera ray through sample `sample` of a pixel: evenly spread ones, moved together to another place of the pixel in
 /// each frame, so that a mean over frames has smooth edges. Viewers who see the same cast the same.
-pub(super) fn camera_ray(shot: &Shot, pixel: u32, sample: u32) -> Ray {
-    let mut rng = Rng::new(0, STREAM, u64::from(pixel), u64::from(shot.frame));
+pub(super) fn camera_ray(shot: &Shot, seed: u64, pixel: u32, sample: u32) -> Ray {
+    let mut rng = Rng::new(seed, STREAM, u64::from(pixel), u64::from(shot.frame));
     let [dx, dy] = Shot::sub_pixel(sample).map(|part| (part + rng.next_f64()).fract());
     let x = (pixel as usize % shot.width) as f64 + dx;
     let y = (pixel as usize / shot.width) as f64 + dy;
     shot.ray_through(x, y)
 }
 
-impl<'a> Addresses<'a> {
-    fn new(shot: &'a Shot, surfaces: &'a Surfaces, parameters: &'a Parameters) -> Self {
-        let [_, half] = shot.view.half_tangents(shot.width, shot.height);
-        Self {
-            shot,
-            surfaces,
-            parameters,
-            pixel_angle: (2.0 * half / shot.height as f64) as f32,
-        }
-    }
-
+impl Addresses<'_> {
     /// Casts the camera samples of a band of pixels from row `top` on.
     fn look(&self, caster: &Caster, top: usize, looks: &mut [Option<Look>]) {
         let shot = self.shot;
@@ -126,7 +129,7 @@ impl<'a> Addresses<'a> {
                 directions.clear();
                 directions.extend(pixels().map(|pixel| {
                     let pixel = (top * shot.width + pixel) as u32;
-                    camera_ray(shot, pixel, sample as u32).direction
+                    camera_ray(shot, self.seed, pixel, sample as u32).direction
                 }));
                 let hits = &mut hits[..directions.len()];
                 caster.closest_bundle(origin, &directions, f32::INFINITY, hits);
@@ -150,7 +153,12 @@ impl<'a> Addresses<'a> {
             return None;
         }
         let found = self.surfaces.charts.place(hit.triangle, [hit.u, hit.v]);
-        let size = hit.t * self.pixel_angle;
+        // Texels have the lengths of the charts.
+        let grown = self
+            .surfaces
+            .charts
+            .grown(hit.triangle, twice_area(scene, hit.triangle));
+        let size = hit.t * self.pixel_angle / grown;
         let extent = self.surfaces.charts.size(found.island);
         let (level, other_size) = self.surfaces.grid.level(size, self.parameters.bias, extent);
         Some(Address {

@@ -38,6 +38,12 @@ pub(super) fn normal_of(scene: &Scene, triangle: u32, back: bool) -> Vec3 {
     if back { -normal } else { normal }
 }
 
+/// Twice the area of a triangle as it lies now, scene units².
+pub(super) fn twice_area(scene: &Scene, triangle: u32) -> f32 {
+    let [a, b, c] = corners(scene, triangle);
+    (b - a).cross(c - a).length()
+}
+
 /// The frame that the cones of a texel are told in, as its triangle lies now.
 pub(super) fn frame_of(
     scene: &Scene,
