@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::Cone;
+use super::surprise::Watch;
 use crate::image::luminance;
 
 /// Cones that an entry can have.
@@ -15,6 +16,8 @@ pub struct Entry {
     pub(super) used: usize,
     /// C: how many samples (or updates) its light is the mean of, at most 255; 0 in an entry without an update.
     pub count: f32,
+    /// What its last updates say of whether the light has changed.
+    pub(super) watch: Watch,
 }
 
 impl Entry {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::cone::Cone;
-use super::rules::{Comparison, Inside, Rules, Unlit, Weighting};
+use super::rules::{Comparison, Inside, Rules, Unlit};
 use super::{Entry, MOST_CONES, angle_between};
 use crate::image::luminance;
 
@@ -20,7 +20,7 @@ pub struct Update<'a> {
     /// Samples of the update, those that reach no light included.
     pub(super) samples: u32,
     /// Whether the count was lowered.
-    lowered: bool,
+    pub(super) lowered: bool,
 }
 
 impl<'a> Update<'a> {
@@ -148,10 +148,7 @@ impl<'a> Update<'a> {
     /// Takes all samples, those that reached no light included, into the mean.
     pub fn average(&mut self) {
         self.lower_count();
-        let weight = match self.rules.weighting {
-            Weighting::Samples => self.samples as f32,
-            Weighting::Updates => 1.0,
-        };
+        let weight = self.rules.weight_of(self.samples);
         let count = (self.entry.count + weight).min(self.rules.most_count.max(weight));
         self.entry.count = count;
         let share = weight / count;

@@ -88,9 +88,12 @@ parameters! {
         pub turn_deg: f32 = 1.0, AtLeast(0.0), "degrees";
         /// Count from which on such a change lowers it; 256 never does.
         pub turn_count: f32 = 4.0, Within(0.0, 256.0);
-        /// What the count is divided by where the scene changes, and a cone is met by none of at least four samples and dark
-        /// at its edge.
+        /// What the count is divided by, at least, where the light of an entry has changed: by what its last updates brought,
+        /// or, where the scene changes, by a cone that is met by none of at least four samples and dark at its edge.
         pub doubt: f32 = 3.0, Within(1.0, 255.0);
+        /// Standard deviations by which what the last updates brought must differ from the light of an entry for it to have
+        /// changed; 1000 never.
+        pub surprise: f32 = 2.5, Within(0.0, 1000.0);
         /// ε: where the edge of a cone is tested for light, as a part of its half angle.
         pub edge: f32 = 0.1, Within(0.0, 1.0);
         /// How far a cone without light at its edge shrinks.
@@ -109,6 +112,14 @@ impl Setting for Rules {
 }
 
 impl Rules {
+    /// What an update of so many samples adds to the count of an entry.
+    pub(super) fn weight_of(&self, samples: u32) -> f32 {
+        match self.weighting {
+            Weighting::Samples => samples as f32,
+            Weighting::Updates => 1.0,
+        }
+    }
+
     /// Half angle of a new cone, radians.
     pub(super) fn least_angle(&self) -> f32 {
         self.least_angle_deg.to_radians()

@@ -3,12 +3,13 @@
 use glam::Vec3;
 use half::f16;
 
+use super::surprise::Watch;
 use super::{Cone, Entry, MOST_CONES};
 
 /// How entries are written to memory, as 32-bit words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
-    /// 32-bit floats: `2 + 7 n` words for up to `n` cones.
+    /// 32-bit floats: `4 + 7 n` words for up to `n` cones.
     Full {
         /// Most of an entry.
         cones: usize,
@@ -16,6 +17,7 @@ pub enum Storage {
     /// `10 + 92 n` bits for up to `n` cones, 286 for the paper's three: 8 for the count, 2 for the number of cones (4
     /// where they can be more than three); of each cone two 16-bit floats for the spherical coordinates of the
     /// axis, 6 for the half angle in steps of 90°/63, and three times 18 for the light: 5 of exponent and 13 of mantissa.
+    /// 24 more tell whether the light has changed: two floats of 5 bits of exponent and 7 of mantissa.
     Compressed {
         /// Most of an entry.
         cones: usize,
@@ -26,6 +28,8 @@ pub enum Storage {
 const ANGLE_STEPS: f32 = 63.0;
 /// Bits of mantissa of compressed light.
 const MANTISSA: u32 = 13;
+/// Bits of it that numbers without a colour do without.
+const SHORTENED: u32 = 6;
 /// Exponent of compressed light that stands for 1.
 const BIAS: i32 = 15;
 /// Largest compressed light.
@@ -35,10 +39,8 @@ impl Storage {
     /// Words of an entry.
     pub fn words(self) -> usize {
         match self {
-            Self::Full { cones } => 2 + 7 * cones,
-            Self::Compressed { cones } => {
-                (8 + number_bits(cones) + 92 * cones as u32).div_ceil(32) as usize
-            }
+            Self::Full { cones } => 4 + 7 * cones,
+            Self::Compressed { .. } => self.bits().div_ceil(32),
         }
     }
 
@@ -46,7 +48,7 @@ impl Storage {
     pub fn bits(self) -> usize {
         match self {
             Self::Full { .. } => 32 * self.words(),
-            Self::Compressed { cones } => (8 + number_bits(cones)) as usize + 92 * cones,
+            Self::Compressed { cones } => (8 + number_bits(cones) + 24) as usize + 92 * cones,
         }
     }
 
@@ -77,11 +79,15 @@ fn read_full(words: &[u32], most: usize) -> Entry {
     let mut entry = Entry {
         used: (words[0] as usize).min(most).min(MOST_CONES),
         count: f32::from_bits(words[1]),
+        watch: Watch {
+            recent: f32::from_bits(words[2]),
+            spread: f32::from_bits(words[3]),
+        },
         ..Entry::default()
     };
     for (cone, words) in entry.cones[..entry.used]
         .iter_mut()
-        .zip(words[2..].chunks_exact(7))
+        .zip(words[4..].chunks_exact(7))
     {
         let number = |i: usize| f32::from_bits(words[i]);
         let vector = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
@@ -97,7 +103,9 @@ fn read_full(words: &[u32], most: usize) -> Entry {
 fn write_full(entry: &Entry, words: &mut [u32]) {
     words[0] = entry.used as u32;
     words[1] = entry.count.to_bits();
-    for (cone, words) in entry.cones().iter().zip(words[2..].chunks_exact_mut(7)) {
+    words[2] = entry.watch.recent.to_bits();
+    words[3] = entry.watch.spread.to_bits();
+    for (cone, words) in entry.cones().iter().zip(words[4..].chunks_exact_mut(7)) {
         let (axis, light) = (cone.axis.to_array(), cone.light.to_array());
         let numbers = axis.iter().chain([&cone.half_angle]).chain(&light);
         for (word, number) in words.iter_mut().zip(numbers) {
@@ -110,9 +118,11 @@ fn read_bits(words: &[u32], most: usize) -> Entry {
     let mut bits = Bits { words, next: 0 };
     let count = bits.take(8) as f32;
     let used = bits.take(number_bits(most)) as usize;
+    let [recent, spread] = [(); 2].map(|()| unsigned_float(bits.take(12) << SHORTENED));
     let mut entry = Entry {
         used: used.min(most).min(MOST_CONES),
         count,
+        watch: Watch { recent, spread },
         ..Entry::default()
     };
     for cone in &mut entry.cones[..entry.used] {
@@ -139,6 +149,10 @@ fn write_bits(entry: &Entry, words: &mut [u32], most: usize) {
     };
     put(entry.count.round().clamp(0.0, 255.0) as u32, 8);
     put(entry.used as u32, number_bits(most));
+    for value in [entry.watch.recent, entry.watch.spread] {
+        let rounded = (unsigned_float_bits(value) + (1 << SHORTENED >> 1)) >> SHORTENED;
+        put(rounded.min((1 << 12) - 1), 12);
+    }
     for cone in entry.cones() {
         let axis = cone.axis;
         let theta = axis.truncate().length().atan2(axis.z);
@@ -220,8 +234,8 @@ mod tests {
     #[test]
     fn three_cones_take_the_bits_of_the_paper() {
         let paper = Storage::Compressed { cones: 3 };
-        assert_eq!((paper.bits(), paper.words()), (286, 9));
-        assert_eq!(Storage::Full { cones: 3 }.words(), 23);
+        assert_eq!((paper.bits(), paper.words()), (286 + 24, 10));
+        assert_eq!(Storage::Full { cones: 3 }.words(), 25);
     }
 
     #[test]

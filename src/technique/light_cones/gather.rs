@@ -172,6 +172,9 @@ impl Gathering<'_> {
                 update.add(direction, light / samples as f32);
             }
         }
+        if !calm {
+            update.watch();
+        }
         update.average();
         self.test(caster, texel, &mut update, rng, calm, tally);
         let entry = update.finish();
