@@ -7,7 +7,7 @@ use super::text::file_error;
 use super::texture::Texels;
 use super::{GltfFile, SceneError, TextureDescription, TextureSource};
 use crate::image::{
-    Image, decoded, file_of, holds, is_cut_jpeg, is_worth, pixels_a_byte, promised_size,
+    Image, Size, decoded, file_of, holds, is_cut_jpeg, is_worth, pixels_a_byte, promised_size,
     srgb_decode, translucent_pixels, unheeded,
 };
 use crate::other_kind::{other_kind, with_other_kind};
@@ -64,7 +64,7 @@ fn decode_texels(
     }
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
     let size = reader().into_dimensions().map_err(|e| fail(&e))?;
-    let size = (size.0 as usize, size.1 as usize);
+    let size = Size::new(size.0 as usize, size.1 as usize);
     // Three bytes as they are decoded, and four of texels.
     let memory_a_pixel = 7;
     holds(size, bytes.len(), pixels_a_byte(format))

@@ -4,7 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use lightbench::environment::LightKind;
 use lightbench::experiment::{LIGHTS_FILE, LightFile, MAP_FILE};
-use lightbench::image::{Image, read_coded, write_png_coded};
+use lightbench::image::{Image, Rect, read_coded, write_png_coded};
 use lightbench::report::write;
 
 use super::report_support::boxes::{assert_legible, texts};
@@ -224,7 +224,7 @@ fn pictures_come_through_pixel_by_pixel() {
         let file = folder.path.join("picture.png");
         std::fs::write(&file, bytes).expect("written");
         let (own, _) = read_coded(&file).expect("png");
-        let same = figure.crop((number("x"), number("y")), (own.width, own.height));
+        let same = figure.crop(Rect::new(number("x"), number("y"), own.size()));
         // Frames cover the rims.
         let middle = (own.width / 2, own.height / 2);
         assert_eq!(own.at(middle.0, middle.1), same.at(middle.0, middle.1));
