@@ -1,7 +1,7 @@
 //! Metrics and image files on a 1024 x 1024 pair: `cargo bench --bench metric`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use lightbench::image::{Attributes, Image, Layer, ToneCurve, read, write_exr, write_png};
+use lightbench::image::{Attributes, Image, Layer, Size, ToneCurve, read, write_exr, write_png};
 use lightbench::metric::{
     CompareOptions, DEFAULT_PIXELS_PER_DEGREE, ExposureRange, Flip, compare, ms_ssim, pixel_errors,
     ssim,
@@ -39,10 +39,10 @@ fn metrics(criterion: &mut Criterion) {
         b.iter(|| pixel_errors(&reference, &test))
     });
     group.bench_function("SSIM, one channel", |b| {
-        b.iter(|| ssim(&x, &y, (SIDE, SIDE)))
+        b.iter(|| ssim(&x, &y, Size::new(SIDE, SIDE)))
     });
     group.bench_function("MS-SSIM, one channel", |b| {
-        b.iter(|| ms_ssim(&x, &y, (SIDE, SIDE)))
+        b.iter(|| ms_ssim(&x, &y, Size::new(SIDE, SIDE)))
     });
     group.bench_function("LDR-FLIP", |b| b.iter(|| flip.ldr(&reference, &test)));
     group.bench_function("HDR-FLIP, two exposures", |b| {

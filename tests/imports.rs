@@ -38,16 +38,53 @@ fn read(folder: &Path, module: Option<&str>, imports: &mut Imports) {
         let lines = code
             .lines()
             .filter(|line| !line.trim_start().starts_with("//"));
-        for line in lines {
-            for named in line.split("crate::").skip(1) {
-                let is_word = |c: char| c.is_alphanumeric() || c == '_';
-                let target: String = named.chars().take_while(|&c| is_word(c)).collect();
-                if !target.is_empty() && target != own {
-                    imports.entry(own.clone()).or_default().insert(target);
-                }
+        let code = lines.collect::<Vec<_>>().join("\n");
+        for target in targets(&code) {
+            if target != own {
+                imports.entry(own.clone()).or_default().insert(target);
             }
         }
     }
+}
+
+/// The modules that stand behind each `crate::`, alone or in braces.
+fn targets(code: &str) -> Vec<String> {
+    let first_word = |text: &str| -> String {
+        let is_word = |c: &char| c.is_alphanumeric() || *c == '_';
+        text.trim_start().chars().take_while(is_word).collect()
+    };
+    let mut targets = Vec::new();
+    for named in code.split("crate::").skip(1) {
+        let Some(group) = named.strip_prefix('{') else {
+            targets.push(first_word(named));
+            continue;
+        };
+        let (mut start, mut depth) = (0, 1);
+        for (at, c) in group.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 || depth == 1 && c == ',' {
+                targets.push(first_word(&group[start..at]));
+                start = at + 1;
+            }
+            if depth == 0 {
+                break;
+            }
+        }
+    }
+    targets.retain(|target| !target.is_empty());
+    targets
+}
+
+#[test]
+fn imports_in_braces_are_read() {
+    let code =
+        "use crate::{a::{b, c}, d,\n    e::f};\nuse crate::g::{h, i};\nlet x = crate::j::k();";
+    assert_eq!(targets(code), ["a", "d", "e", "g", "j"]);
+    assert!(targets("pub(crate) use a::b;").is_empty());
 }
 
 #[test]

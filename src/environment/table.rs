@@ -1,5 +1,7 @@
 //! A piecewise-constant density over rectangles of the sphere.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 /// Cells in rows of equal width in φ; within a cell the density per solid angle is constant and
@@ -86,7 +88,7 @@ impl SphereTable {
         if self.total() <= 0.0 {
             return None;
         }
-        let (row, v) = pick(&self.rows, (0, self.rows.len()), u[1]);
+        let (row, v) = pick(&self.rows, 0..self.rows.len(), u[1]);
         let sums = self.row_of(row);
         let (column, x) = pick(sums, self.guided(row, u[0]), u[0]);
         let cos = self.edges[row] + v * (self.edges[row + 1] - self.edges[row]);
@@ -95,13 +97,13 @@ impl SphereTable {
     }
 
     /// A range of columns that holds the one which `u` falls into.
-    fn guided(&self, row: usize, u: f64) -> (usize, usize) {
+    fn guided(&self, row: usize, u: f64) -> Range<usize> {
         let guides = &self.guides[row * GUIDES..(row + 1) * GUIDES];
         let part = ((u * GUIDES as f64) as usize).min(GUIDES - 1);
         let end = guides
             .get(part + 1)
             .map_or(self.columns, |&g| g as usize + 1);
-        (guides[part] as usize, end.min(self.columns))
+        guides[part] as usize..end.min(self.columns)
     }
 
     /// Density per solid angle at φ (share of the circle in [0, 1]) in `row`; 0 when all values are.
@@ -121,11 +123,11 @@ impl SphereTable {
 }
 
 /// The entry of a running sum that `u` in [0, 1) falls into, never one of zero width, and where in
-/// it; it is one of `first..end`. The last sum must be positive.
-fn pick(sums: &[f64], (first, end): (usize, usize), u: f64) -> (usize, f64) {
+/// it; it is one of `among`. The last sum must be positive.
+fn pick(sums: &[f64], among: Range<usize>, u: f64) -> (usize, f64) {
     let last = sums[sums.len() - 1];
     let target = u * last;
-    let index = first + sums[first..end].partition_point(|&s| s <= target);
+    let index = among.start + sums[among].partition_point(|&s| s <= target);
     let index = index.min(sums.len() - 1);
     let before = if index == 0 { 0.0 } else { sums[index - 1] };
     let share = (target - before) / (sums[index] - before);
@@ -161,7 +163,7 @@ mod tests {
                         256 => 1.0 - f64::EPSILON / 2.0,
                         _ => rng.next_f64(),
                     };
-                    let plain = pick(sums, (0, columns), u);
+                    let plain = pick(sums, 0..columns, u);
                     assert_eq!(pick(sums, table.guided(row, u), u), plain, "{u}");
                 }
             }

@@ -93,7 +93,7 @@ impl Progress {
     pub fn reference(&self, job: &Job, done: u32, all: u32) {
         let mut state = self.lock();
         let seconds = state.since_told();
-        state.remaining.reference(job, (done, all), seconds);
+        state.remaining.reference(job, done, all, seconds);
         let quiet_for = state.last_line.map_or(Duration::MAX, |at| at.elapsed());
         let text = format!(
             "{}: reference {done}/{all} {}",

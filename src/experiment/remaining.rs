@@ -182,7 +182,7 @@ impl Remaining {
     }
 
     /// `done` of `all` passes of an image of a job's reference are there, `seconds` after whatever was told last.
-    pub fn reference(&mut self, job: &Job, (done, all): (u32, u32), seconds: f64) {
+    pub fn reference(&mut self, job: &Job, done: u32, all: u32, seconds: f64) {
         let Some(made) = self.references.get_mut(&job.reference) else {
             return;
         };
@@ -397,10 +397,10 @@ mod tests {
             };
             for job in &open {
                 if known != Some(&job.reference) && !stored {
-                    remaining.reference(job, (0, 4), 1.0);
+                    remaining.reference(job, 0, 4, 1.0);
                     for pass in 1..=4 {
                         let seconds = 5.0 * pace(job);
-                        remaining.reference(job, (pass, 4), seconds);
+                        remaining.reference(job, pass, 4, seconds);
                         left -= seconds;
                         check(&remaining, left);
                     }

@@ -4,7 +4,7 @@ use super::error::MAX_PIXELS;
 use super::exr_write::ATTRIBUTE;
 use super::guard::{decoded, exr_bytes_a_byte, holds};
 use super::primaries::to_rec709;
-use super::{Attributes, Image, ImageError, Layer, Plane, Samples};
+use super::{Attributes, Image, ImageError, Layer, Plane, Samples, Size};
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, EnvironmentMap, IntegerBounds};
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
@@ -347,12 +347,14 @@ const MAX_DISPLAY_SIDE: usize = 1 << 16;
 fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(|error| ImageError::decode(path, "EXR", error))?;
+    let is_too_large = |size: Size| {
+        let area = size.width.checked_mul(size.height);
+        area.is_none_or(|area| area > MAX_PIXELS)
+    };
     for header in &meta.headers {
-        let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        if width
-            .checked_mul(height)
-            .is_none_or(|area| area > MAX_PIXELS)
-        {
+        let data = Size::new(header.layer_size.width(), header.layer_size.height());
+        let Size { width, height } = data;
+        if is_too_large(data) {
             return Err(ImageError::TooLarge {
                 path: path.to_owned(),
                 width,
@@ -365,25 +367,21 @@ fn check_headers(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
             .len()
             .saturating_mul(exr_bytes_a_byte(header.compression));
         let pixels = most / sample_bytes.max(1);
-        holds((width, height), pixels, 1).map_err(|_| {
+        holds(data, pixels, 1).map_err(|_| {
             let why = format!("{} bytes are too few for the {width}x{height} pixels that the header promises: the file is cut short", bytes.len());
             ImageError::decode(path, "EXR", why)
         })?;
-        let display = header.shared_attributes.display_window.size;
-        let (data, (width, height)) = ((width, height), (display.width(), display.height()));
+        let window = header.shared_attributes.display_window.size;
+        let display = Size::new(window.width(), window.height());
+        let Size { width, height } = display;
         let is_absurd = |side: usize, data: usize| side > data.max(MAX_DISPLAY_SIDE);
-        if is_absurd(width, data.0)
-            || is_absurd(height, data.1)
-            || width
-                .checked_mul(height)
-                .is_none_or(|area| area > MAX_PIXELS)
-        {
+        if is_absurd(width, data.width) || is_absurd(height, data.height) || is_too_large(display) {
             let why = format!("its display window has {width}x{height} pixels");
             return Err(ImageError::decode(path, "EXR", why));
         }
         // A small part of a large picture is usual.
         let least = (1 << 24) / DISPLAY_A_BYTE;
-        holds((width, height), bytes.len().max(least), DISPLAY_A_BYTE)
+        holds(display, bytes.len().max(least), DISPLAY_A_BYTE)
             .map_err(|why| ImageError::decode(path, "EXR", why))?;
         if header.deep {
             return Err(ImageError::decode(path, "EXR", "deep data is not read"));
@@ -421,7 +419,7 @@ fn layers_of(path: &Path, part: &Part, part_name: &str) -> Result<Vec<Layer>, Im
         };
         let color = find("R").zip(find("G")).zip(find("B"));
         if let Some(((r, g), b)) = color {
-            let image = interleave([r, g, b], (width, height));
+            let image = interleave([r, g, b], Size { width, height });
             layers.push(Layer::color(group.clone(), image));
         }
         for (suffix, channel) in &channels {
@@ -448,8 +446,8 @@ fn layers_of(path: &Path, part: &Part, part_name: &str) -> Result<Vec<Layer>, Im
     Ok(layers)
 }
 
-fn interleave(channels: [&AnyChannel<FlatSamples>; 3], (width, height): (usize, usize)) -> Image {
-    let mut image = Image::new(width, height);
+fn interleave(channels: [&AnyChannel<FlatSamples>; 3], size: Size) -> Image {
+    let mut image = Image::new(size.width, size.height);
     for (c, channel) in channels.into_iter().enumerate() {
         for (pixel, value) in image
             .pixels

@@ -36,7 +36,13 @@ pub fn write_exr(path: &Path, layers: &[Layer], attributes: &Attributes) -> Resu
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let channels = AnyChannels::sort(layers.iter().enumerate().flat_map(channels_of).collect());
+    let channels = AnyChannels::sort(
+        layers
+            .iter()
+            .enumerate()
+            .flat_map(|(index, layer)| channels_of(index, layer))
+            .collect(),
+    );
     let part = exr::prelude::Layer::new((width, height), layer_attributes, encoding, channels);
     let picture = exr::prelude::Image::from_layer(part);
     write_atomically(path, |writer| {
@@ -82,7 +88,7 @@ fn common_size(path: &Path, layers: &[Layer]) -> Result<(usize, usize), ImageErr
     Ok((width, height))
 }
 
-fn channels_of((index, layer): (usize, &Layer)) -> Vec<AnyChannel<FlatSamples>> {
+fn channels_of(index: usize, layer: &Layer) -> Vec<AnyChannel<FlatSamples>> {
     let prefix = match index {
         0 => String::new(),
         _ => format!("{}.", layer.name),

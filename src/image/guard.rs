@@ -5,6 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use ::image::ImageFormat;
 use exr::compression::Compression;
 
+use super::Size;
+
 /// The result of a decoder; where it panics, that the file is damaged.
 ///
 /// # Errors
@@ -59,11 +61,8 @@ pub fn exr_bytes_a_byte(compression: Compression) -> usize {
 ///
 /// # Errors
 /// A sentence.
-pub fn holds(
-    (width, height): (usize, usize),
-    bytes: usize,
-    most_a_byte: usize,
-) -> Result<(), String> {
+pub fn holds(size: Size, bytes: usize, most_a_byte: usize) -> Result<(), String> {
+    let Size { width, height } = size;
     let most = bytes.saturating_mul(most_a_byte);
     match width.saturating_mul(height) <= most {
         true => Ok(()),
@@ -81,11 +80,8 @@ const MEMORY_A_BYTE: usize = 1 << 10;
 ///
 /// # Errors
 /// A sentence.
-pub fn is_worth(
-    (width, height): (usize, usize),
-    bytes: usize,
-    memory_a_pixel: usize,
-) -> Result<(), String> {
+pub fn is_worth(size: Size, bytes: usize, memory_a_pixel: usize) -> Result<(), String> {
+    let Size { width, height } = size;
     let most = MOST_MEMORY.max(bytes.saturating_mul(MEMORY_A_BYTE));
     let wanted = width.saturating_mul(height).saturating_mul(memory_a_pixel);
     match wanted <= most {
@@ -103,10 +99,10 @@ mod tests {
 
     #[test]
     fn small_files_take_no_gigabyte() {
-        assert!(is_worth((8192, 8192), 100, 16).is_ok());
-        let error = is_worth((16384, 16384), 32_647, 16).unwrap_err();
+        assert!(is_worth(Size::new(8192, 8192), 100, 16).is_ok());
+        let error = is_worth(Size::new(16384, 16384), 32_647, 16).unwrap_err();
         assert!(error.contains("4096 MiB"), "{error}");
-        assert!(is_worth((16384, 16384), 4 << 20, 16).is_ok());
+        assert!(is_worth(Size::new(16384, 16384), 4 << 20, 16).is_ok());
     }
 
     #[test]
@@ -128,8 +124,8 @@ mod tests {
 
     #[test]
     fn headers_cannot_promise_what_is_not_there() {
-        assert!(holds((1024, 1024), 55, 20_000).is_ok());
-        assert!(holds((16384, 16384), 55, 20_000).is_err());
-        assert!(holds((usize::MAX, 2), usize::MAX, 3).is_ok());
+        assert!(holds(Size::new(1024, 1024), 55, 20_000).is_ok());
+        assert!(holds(Size::new(16384, 16384), 55, 20_000).is_err());
+        assert!(holds(Size::new(usize::MAX, 2), usize::MAX, 3).is_ok());
     }
 }

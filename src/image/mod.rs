@@ -5,6 +5,7 @@
 //! layers and provenance) and [`write_png`]. Every write goes to a temporary name beside its place
 //! and is renamed when complete.
 
+mod area;
 mod atomic;
 mod color;
 mod error;
@@ -26,6 +27,7 @@ mod sanitise;
 mod tone;
 mod unheeded;
 
+pub use area::{Rect, Size};
 pub use atomic::write_atomically;
 pub use color::{clamp_unit, decode_srgb, encode_srgb, srgb_decode, srgb_encode, to_display};
 pub use error::ImageError;
@@ -65,6 +67,11 @@ impl Image {
             height,
             pixels: vec![[0.0; 3]; width * height],
         }
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> Size {
+        Size::new(self.width, self.height)
     }
 
     /// The pixel in column `x` and row `y`, counted from the top left.

@@ -1,6 +1,6 @@
 //! Images as PNG files, after exposure or as they are coded.
 
-use super::{Image, ImageError, clamp_unit, to_display, write_atomically};
+use super::{Image, ImageError, Size, clamp_unit, to_display, write_atomically};
 use ::image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use std::path::Path;
 
@@ -37,15 +37,12 @@ pub fn png_bytes(coded: &Image) -> Result<Vec<u8>, String> {
 
 /// Writes values in `[0, 1]` that are sRGB-coded already as 8-bit PNG; NaN becomes 0.
 pub fn write_png_coded(path: &Path, coded: &Image) -> Result<(), ImageError> {
-    write_png_bytes(path, (coded.width, coded.height), &bytes_of(coded))
+    write_png_bytes(path, coded.size(), &bytes_of(coded))
 }
 
 /// Writes three bytes a pixel, row-major, as 8-bit PNG.
-pub fn write_png_bytes(
-    path: &Path,
-    (width, height): (usize, usize),
-    bytes: &[u8],
-) -> Result<(), ImageError> {
+pub fn write_png_bytes(path: &Path, size: Size, bytes: &[u8]) -> Result<(), ImageError> {
+    let Size { width, height } = size;
     if bytes.len() != width * height * 3 || bytes.is_empty() {
         let reason = format!("{width}x{height} with {} bytes", bytes.len());
         return Err(ImageError::encode(path, reason));

@@ -4,7 +4,7 @@ use super::error::MAX_PIXELS;
 use super::guard::{decoded, holds, is_cut_jpeg, is_worth, pixels_a_byte};
 use super::hdr_header::HdrHeader;
 use super::primaries::hdr_to_rec709;
-use super::{Image, ImageError, exr_read, srgb_decode, unheeded};
+use super::{Image, ImageError, Size, exr_read, srgb_decode, unheeded};
 use crate::other_kind::other_kind;
 use ::image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use glam::DVec3;
@@ -184,8 +184,9 @@ fn decode(path: &Path, bytes: &[u8], format: ImageFormat) -> Result<DynamicImage
     }
     // Three floats, and what is decoded.
     let memory_a_pixel = 16;
-    holds((width, height), bytes.len(), pixels_a_byte(format))
-        .and_then(|()| is_worth((width, height), bytes.len(), memory_a_pixel))
+    let size = Size { width, height };
+    holds(size, bytes.len(), pixels_a_byte(format))
+        .and_then(|()| is_worth(size, bytes.len(), memory_a_pixel))
         .map_err(|why| ImageError::decode(path, name, why))?;
     if format == ImageFormat::Jpeg && is_cut_jpeg(bytes) {
         return Err(ImageError::decode(path, name, "the file is cut short"));

@@ -1,15 +1,14 @@
 //! Images at other sizes.
 
-use super::Image;
+use super::{Image, Rect};
 
 impl Image {
-    /// The part of `size` (width, height) whose top left pixel is `corner` (x, y), cut at the
-    /// borders; empty when it lies outside.
-    pub fn crop(&self, corner: (usize, usize), size: (usize, usize)) -> Self {
-        let left = corner.0.min(self.width);
-        let top = corner.1.min(self.height);
-        let width = size.0.min(self.width - left);
-        let height = size.1.min(self.height - top);
+    /// A part of the image, cut at the borders; empty when it lies outside.
+    pub fn crop(&self, part: Rect) -> Self {
+        let left = part.x.min(self.width);
+        let top = part.y.min(self.height);
+        let width = part.width.min(self.width - left);
+        let height = part.height.min(self.height - top);
         let pixels = (top..top + height)
             .flat_map(|y| &self.pixels[y * self.width + left..][..width])
             .copied()
@@ -45,7 +44,12 @@ impl Image {
         let mut reduced = Self::new(self.width.div_ceil(factor), self.height.div_ceil(factor));
         for y in 0..reduced.height {
             for x in 0..reduced.width {
-                let block = self.crop((x * factor, y * factor), (factor, factor));
+                let block = self.crop(Rect {
+                    x: x * factor,
+                    y: y * factor,
+                    width: factor,
+                    height: factor,
+                });
                 let mut sum = [0.0_f64; 3];
                 for pixel in &block.pixels {
                     for (total, &value) in sum.iter_mut().zip(pixel) {
@@ -63,6 +67,7 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Size;
 
     fn ramp(width: usize, height: usize) -> Image {
         let pixels = (0..width * height).map(|i| [i as f32; 3]).collect();
@@ -75,11 +80,12 @@ mod tests {
 
     #[test]
     fn crop_is_cut_at_the_border() {
-        let part = ramp(4, 3).crop((2, 1), (10, 10));
+        let part = ramp(4, 3).crop(Rect::new(2, 1, Size::new(10, 10)));
         assert_eq!((part.width, part.height), (2, 2));
         assert_eq!(part.at(0, 0)[0], 6.0);
         assert_eq!(part.at(1, 1)[0], 11.0);
-        assert!(ramp(4, 3).crop((9, 9), (1, 1)).pixels.is_empty());
+        let outside = Rect::new(9, 9, Size::new(1, 1));
+        assert!(ramp(4, 3).crop(outside).pixels.is_empty());
     }
 
     #[test]

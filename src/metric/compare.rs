@@ -260,7 +260,7 @@ struct Structure {
 
 impl Structure {
     fn of(pair: [&Image; 2]) -> Self {
-        let size = (pair[0].width, pair[0].height);
+        let size = pair[0].size();
         let measure = |value: &dyn Fn([f32; 3]) -> f32| {
             let [reference, test] =
                 pair.map(|image| image.pixels.iter().map(|&p| value(p)).collect::<Vec<_>>());

@@ -1,6 +1,7 @@
 //! Structural similarity over several scales (Wang et al. 2003).
 
 use super::ssim::{ChannelPair, WINDOW, window_means};
+use crate::image::Size;
 
 /// The exponents of the five scales, finest first (Wang et al. 2003), used as published although
 /// they add up to 1.0001.
@@ -15,7 +16,7 @@ pub struct MsSsim {
     pub scales: usize,
 }
 
-/// Multi-scale SSIM of two channels with values in `[0, 1]` (`size` is width, height).
+/// Multi-scale SSIM of two channels with values in `[0, 1]`.
 ///
 /// Contrast of the finer scales, full SSIM of the coarsest, each raised to its weight; negative
 /// means count as 0. Between scales 2 x 2 blocks are averaged. Images with a side below 161 pixels
@@ -23,7 +24,7 @@ pub struct MsSsim {
 ///
 /// As pytorch-msssim does, an axis of odd length is preceded by a row or column of zeros before it
 /// is halved.
-pub fn ms_ssim(reference: &[f32], test: &[f32], size: (usize, usize)) -> MsSsim {
+pub fn ms_ssim(reference: &[f32], test: &[f32], size: Size) -> MsSsim {
     let scales = scale_count(size);
     let renormalise = match scales {
         5 => 1.0,
@@ -39,8 +40,8 @@ pub fn ms_ssim(reference: &[f32], test: &[f32], size: (usize, usize)) -> MsSsim 
         let means = window_means(ChannelPair {
             reference: &x,
             test: &y,
-            width: size.0,
-            height: size.1,
+            width: size.width,
+            height: size.height,
         });
         let last = scale + 1 == scales;
         let mean = if last { means.ssim } else { means.contrast };
@@ -49,11 +50,11 @@ pub fn ms_ssim(reference: &[f32], test: &[f32], size: (usize, usize)) -> MsSsim 
     MsSsim { value, scales }
 }
 
-fn scale_count(mut size: (usize, usize)) -> usize {
+fn scale_count(mut size: Size) -> usize {
     let mut scales = 1;
     while scales < WEIGHTS.len() {
         size = half(size);
-        if size.0.min(size.1) < WINDOW {
+        if size.width.min(size.height) < WINDOW {
             break;
         }
         scales += 1;
@@ -61,15 +62,16 @@ fn scale_count(mut size: (usize, usize)) -> usize {
     scales
 }
 
-fn half((width, height): (usize, usize)) -> (usize, usize) {
-    (width.div_ceil(2), height.div_ceil(2))
+fn half(size: Size) -> Size {
+    Size::new(size.width.div_ceil(2), size.height.div_ceil(2))
 }
 
-fn halve(values: &[f32], (width, height): (usize, usize)) -> Vec<f32> {
-    let (half_width, half_height) = half((width, height));
-    let mut reduced = Vec::with_capacity(half_width * half_height);
-    for y in 0..half_height {
-        for x in 0..half_width {
+fn halve(values: &[f32], size: Size) -> Vec<f32> {
+    let Size { width, height } = size;
+    let half = half(size);
+    let mut reduced = Vec::with_capacity(half.width * half.height);
+    for y in 0..half.height {
+        for x in 0..half.width {
             let mut sum = 0.0;
             for (j, i) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let row = (2 * y + j).checked_sub(height % 2);
@@ -103,7 +105,7 @@ mod tests {
             (161, 5),
         ];
         for (side, scales) in sides {
-            assert_eq!(scale_count((side, 4000)), scales, "side {side}");
+            assert_eq!(scale_count(Size::new(side, 4000)), scales, "side {side}");
         }
     }
 
@@ -111,25 +113,29 @@ mod tests {
     fn one_scale_is_ssim_and_equal_images_are_one() {
         let x: Vec<f32> = (0..18 * 15).map(|i| (i % 11) as f32 / 11.0).collect();
         let y: Vec<f32> = x.iter().map(|v| v * 0.9 + 0.05).collect();
-        let single = ms_ssim(&x, &y, (18, 15));
+        let single = ms_ssim(&x, &y, Size::new(18, 15));
         assert_eq!(single.scales, 1);
-        assert_abs_diff_eq!(single.value, ssim(&x, &y, (18, 15)), epsilon = 1e-12);
+        assert_abs_diff_eq!(
+            single.value,
+            ssim(&x, &y, Size::new(18, 15)),
+            epsilon = 1e-12
+        );
         let large: Vec<f32> = (0..200 * 170).map(|i| (i % 13) as f32 / 13.0).collect();
-        let same = ms_ssim(&large, &large, (200, 170));
+        let same = ms_ssim(&large, &large, Size::new(200, 170));
         assert_eq!(same.scales, 5);
         assert_abs_diff_eq!(same.value, 1.0, epsilon = 1e-12);
     }
 
     #[test]
     fn halving_averages_blocks_and_pads_odd_axes_in_front() {
-        assert_eq!(halve(&[1.0, 2.0, 3.0, 6.0], (2, 2)), [3.0]);
-        assert_eq!(halve(&[4.0, 8.0, 12.0], (3, 1)), [1.0, 5.0]);
+        assert_eq!(halve(&[1.0, 2.0, 3.0, 6.0], Size::new(2, 2)), [3.0]);
+        assert_eq!(halve(&[4.0, 8.0, 12.0], Size::new(3, 1)), [1.0, 5.0]);
     }
 
     #[test]
     fn inverted_contrast_is_zero_and_not_nan() {
         let x: Vec<f32> = (0..200 * 200).map(|i| (i % 2) as f32).collect();
         let y: Vec<f32> = x.iter().map(|v| 1.0 - v).collect();
-        assert_eq!(ms_ssim(&x, &y, (200, 200)).value, 0.0);
+        assert_eq!(ms_ssim(&x, &y, Size::new(200, 200)).value, 0.0);
     }
 }

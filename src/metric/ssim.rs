@@ -1,6 +1,7 @@
 //! Structural similarity (Wang et al. 2004) with Gaussian weights.
 
 use super::convolve::strips;
+use crate::image::Size;
 use rayon::prelude::*;
 
 /// Half the width of the window.
@@ -35,15 +36,14 @@ pub(super) struct WindowMeans {
 /// Mean SSIM of two channels: 11 x 11 Gaussian window with sigma 1.5, population covariance, data
 /// range 1, over the windows that lie inside the image.
 ///
-/// `size` is (width, height). An axis shorter than 11 pixels has no such window: there the image is
+/// An axis shorter than 11 pixels has no such window: there the image is
 /// mirrored at its border and every pixel counts.
-pub fn ssim(reference: &[f32], test: &[f32], size: (usize, usize)) -> f64 {
-    let (width, height) = size;
+pub fn ssim(reference: &[f32], test: &[f32], size: Size) -> f64 {
     window_means(ChannelPair {
         reference,
         test,
-        width,
-        height,
+        width: size.width,
+        height: size.height,
     })
     .ssim
 }
@@ -184,17 +184,19 @@ mod tests {
 
     #[test]
     fn equal_channels_are_one_at_any_size() {
-        for size in [(1, 1), (1, 40), (3, 2), (10, 11), (11, 10), (37, 23)] {
-            let values: Vec<f32> = (0..size.0 * size.1).map(|i| (i % 7) as f32 / 7.0).collect();
+        for (width, height) in [(1, 1), (1, 40), (3, 2), (10, 11), (11, 10), (37, 23)] {
+            let size = Size { width, height };
+            let values: Vec<f32> = (0..width * height).map(|i| (i % 7) as f32 / 7.0).collect();
             assert_abs_diff_eq!(ssim(&values, &values, size), 1.0, epsilon = 1e-12);
         }
     }
 
     #[test]
     fn constant_channels_follow_the_luminance_term() {
-        for size in [(1, 1), (5, 30), (30, 20)] {
-            let reference = vec![0.25; size.0 * size.1];
-            let test = vec![0.75; size.0 * size.1];
+        for (width, height) in [(1, 1), (5, 30), (30, 20)] {
+            let size = Size { width, height };
+            let reference = vec![0.25; width * height];
+            let test = vec![0.75; width * height];
             let expected = (2.0 * 0.25 * 0.75 + C1) / (0.0625 + 0.5625 + C1);
             assert_abs_diff_eq!(ssim(&reference, &test, size), expected, epsilon = 1e-9);
         }
@@ -232,7 +234,7 @@ mod tests {
             }
         }
         let expected = sum / ((w - 10) * (h - 10)) as f64;
-        assert_abs_diff_eq!(ssim(&x, &y, (w, h)), expected, epsilon = 1e-12);
+        assert_abs_diff_eq!(ssim(&x, &y, Size::new(w, h)), expected, epsilon = 1e-12);
     }
 
     #[test]

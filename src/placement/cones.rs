@@ -103,7 +103,7 @@ mod tests {
             .map(|i| Member::new(&points, i, 1.0))
             .collect();
         let cones = Cones::new(Thresholds {
-            growth: Growth::new((1.0, 1.0), 0.2, 1.0),
+            growth: Growth::new(1.0, 1.0, 0.2, 1.0),
             angle_rad: degrees.to_radians(),
         });
         cones.count(&mut members, u32::MAX)

@@ -168,14 +168,13 @@ impl<'a> Disagreement<'a> {
         flood.clear();
         flood.front.push(pixel as u32);
         window.enter(pixel, seen);
-        let (p, n) = (points.position[origin], points.normal[origin]);
         while let Some(pixel) = flood.front.pop() {
             let probe = self.probe_of_pixel[pixel as usize];
             if probe == NO_POINT {
                 continue;
             }
             let i = self.probes[probe as usize] as usize;
-            let distance = self.distance((points.position[i], points.normal[i]), (p, n), 1.0);
+            let distance = self.distance(i, origin);
             let farthest = self.nearest[probe as usize][self.used - 1];
             if distance >= farthest.distance {
                 continue;
@@ -189,9 +188,11 @@ impl<'a> Disagreement<'a> {
         }
     }
 
-    /// The distance of the interpolation between two surface points, with their offset from the
-    /// tangent planes scaled by `steepness`; infinite where normals differ too much.
-    fn distance(&self, (p, n): (Vec3, Vec3), (q, m): (Vec3, Vec3), steepness: f32) -> f32 {
+    /// The distance of the interpolation between two shading points; infinite where normals differ too much.
+    fn distance(&self, from: usize, to: usize) -> f32 {
+        let points = self.points;
+        let (p, n) = (points.position[from], points.normal[from]);
+        let (q, m) = (points.position[to], points.normal[to]);
         let cosine = n.dot(m);
         let alike = cosine > self.least_cosine;
         if !alike {
@@ -199,8 +200,7 @@ impl<'a> Disagreement<'a> {
         }
         let step = q - p;
         let plane = n.dot(step).abs().max(m.dot(step).abs());
-        self.metric
-            .distance(step.length_squared(), steepness * plane, cosine)
+        self.metric.distance(step.length_squared(), plane, cosine)
     }
 
     /// Predicts stale probes anew.

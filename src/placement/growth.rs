@@ -11,8 +11,8 @@ pub(super) struct Growth {
 }
 
 impl Growth {
-    /// `metres` converts the depth range to metres.
-    pub fn new((nearest, farthest): (f32, f32), gamma: f32, metres: f32) -> Self {
+    /// From the nearest to the farthest depth; `metres` converts their range to metres.
+    pub fn new(nearest: f32, farthest: f32, gamma: f32, metres: f32) -> Self {
         let range = (farthest - nearest).max(0.0);
         Self {
             nearest,
@@ -46,17 +46,17 @@ mod tests {
 
     #[test]
     fn thresholds_grow_to_alpha_at_the_farthest_depth() {
-        let growth = Growth::new((200.0, 1700.0), 0.2, 0.01);
+        let growth = Growth::new(200.0, 1700.0, 0.2, 0.01);
         assert!((growth.alpha - 4.0).abs() < 1e-6);
         assert_eq!(growth.factor(200.0), 1.0);
         assert!((growth.factor(1700.0) - growth.alpha).abs() < 1e-6);
         assert!((growth.factor(950.0) - 1.75).abs() < 1e-6);
         let literal = Growth {
             literal_sign: true,
-            ..Growth::new((0.0, 2.0), 0.2, 1.0)
+            ..Growth::new(0.0, 2.0, 0.2, 1.0)
         };
         assert!((literal.factor(2.0) - 0.6).abs() < 1e-6, "2 − α");
-        let flat = Growth::new((3.0, 3.0), 0.2, 1.0);
+        let flat = Growth::new(3.0, 3.0, 0.2, 1.0);
         assert_eq!((flat.alpha, flat.factor(3.0)), (1.0, 1.0));
     }
 }

@@ -226,11 +226,12 @@ impl Measure for RelativeSize {
 impl ViewGuided {
     fn growth(&self, points: &ShadingPoints, usable: &[u32]) -> Growth {
         let depths = usable.par_iter().map(|&i| points.depth[i as usize]);
-        let range = depths.map(|depth| (depth, depth)).reduce(
+        let (nearest, farthest) = depths.map(|depth| (depth, depth)).reduce(
             || (f32::INFINITY, f32::NEG_INFINITY),
             |a, b| (a.0.min(b.0), a.1.max(b.1)),
         );
-        let mut growth = Growth::new(range, self.gamma as f32, points.metres_per_unit);
+        let gamma = self.gamma as f32;
+        let mut growth = Growth::new(nearest, farthest, gamma, points.metres_per_unit);
         growth.literal_sign = self.literal_sign;
         growth
     }

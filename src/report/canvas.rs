@@ -1,18 +1,11 @@
 //! Pictures for figures: their size, tone and false colours, and dots on them.
 
-use crate::image::{Image, Palette, Plane, to_display};
+use glam::Vec2;
 
-/// A rectangle in pixels, or in units of a sheet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Rect {
-    pub x: usize,
-    pub y: usize,
-    pub width: usize,
-    pub height: usize,
-}
+use crate::image::{Image, Palette, Plane, Size, to_display};
 
 /// Mixes a colour into a pixel; outside the image nothing happens.
-fn blend(canvas: &mut Image, (x, y): (i64, i64), color: [f32; 3], cover: f32) {
+fn blend(canvas: &mut Image, x: i64, y: i64, color: [f32; 3], cover: f32) {
     let (width, height) = (canvas.width as i64, canvas.height as i64);
     if x < 0 || y < 0 || x >= width || y >= height {
         return;
@@ -25,32 +18,33 @@ fn blend(canvas: &mut Image, (x, y): (i64, i64), color: [f32; 3], cover: f32) {
 }
 
 /// Draws a disc with soft edges; `center` and `radius` in pixels.
-pub fn disc(canvas: &mut Image, center: (f32, f32), radius: f32, color: [f32; 3]) {
+pub fn disc(canvas: &mut Image, center: Vec2, radius: f32, color: [f32; 3]) {
     let reach = radius.ceil() as i64 + 1;
-    let (cx, cy) = (center.0.floor() as i64, center.1.floor() as i64);
+    let (cx, cy) = (center.x.floor() as i64, center.y.floor() as i64);
     for y in cy - reach..=cy + reach {
         for x in cx - reach..=cx + reach {
-            let distance = (x as f32 + 0.5 - center.0).hypot(y as f32 + 0.5 - center.1);
-            blend(canvas, (x, y), color, radius + 0.5 - distance);
+            let distance = (x as f32 + 0.5 - center.x).hypot(y as f32 + 0.5 - center.y);
+            blend(canvas, x, y, color, radius + 0.5 - distance);
         }
     }
 }
 
 /// The largest size of the same aspect that fits `most`; enlarged by whole factors only. Never
 /// smaller than one pixel.
-pub fn fitted_size(size: (usize, usize), most: (usize, usize)) -> (usize, usize) {
-    let (width, height) = (size.0.max(1), size.1.max(1));
-    let factor = (most.0 / width).min(most.1 / height);
+pub fn fitted_size(size: Size, most: Size) -> Size {
+    let (width, height) = (size.width.max(1), size.height.max(1));
+    let factor = (most.width / width).min(most.height / height);
     if factor >= 1 {
-        return (width * factor, height * factor);
+        return Size::new(width * factor, height * factor);
     }
-    let scale = (most.0 as f64 / width as f64).min(most.1 as f64 / height as f64);
+    let scale = (most.width as f64 / width as f64).min(most.height as f64 / height as f64);
     let side = |n: usize| ((n as f64 * scale).round() as usize).max(1);
-    (side(width), side(height))
+    Size::new(side(width), side(height))
 }
 
 /// The image at another size: nearest pixels when it grows, means of pixels when it shrinks.
-pub fn scaled(image: &Image, (width, height): (usize, usize)) -> Image {
+pub fn scaled(image: &Image, size: Size) -> Image {
+    let Size { width, height } = size;
     if image.pixels.is_empty() || width >= image.width && height >= image.height {
         return image.resize_nearest(width, height);
     }
@@ -77,12 +71,12 @@ pub fn scaled(image: &Image, (width, height): (usize, usize)) -> Image {
 }
 
 /// A linear image at another size, ready for display.
-pub fn shown(linear: &Image, exposure: f32, size: (usize, usize)) -> Image {
+pub fn shown(linear: &Image, exposure: f32, size: Size) -> Image {
     to_display(&scaled(linear, size), exposure)
 }
 
 /// A plane at another size in false colours, `high` the brightest.
-pub fn painted(plane: &Plane, high: f32, size: (usize, usize)) -> Image {
+pub fn painted(plane: &Plane, high: f32, size: Size) -> Image {
     let image = Image {
         width: plane.width,
         height: plane.height,
@@ -110,26 +104,30 @@ mod tests {
 
     #[test]
     fn sizes_keep_their_aspect_and_never_vanish() {
-        assert_eq!(fitted_size((320, 180), (1000, 900)), (960, 540));
-        assert_eq!(fitted_size((1920, 1080), (960, 900)), (960, 540));
-        assert_eq!(fitted_size((10_000, 1), (1000, 900)), (1000, 1));
-        assert_eq!(fitted_size((0, 0), (10, 10)), (10, 10));
+        let fitted = |[width, height]: [usize; 2], most: [usize; 2]| {
+            let fitted = fitted_size(Size { width, height }, Size::new(most[0], most[1]));
+            [fitted.width, fitted.height]
+        };
+        assert_eq!(fitted([320, 180], [1000, 900]), [960, 540]);
+        assert_eq!(fitted([1920, 1080], [960, 900]), [960, 540]);
+        assert_eq!(fitted([10_000, 1], [1000, 900]), [1000, 1]);
+        assert_eq!(fitted([0, 0], [10, 10]), [10, 10]);
     }
 
     #[test]
     fn shrinking_keeps_the_mean_and_growing_the_pixels() {
         let mut image = Image::new(4, 2);
         image.pixels[0] = [8.0; 3];
-        assert_eq!(scaled(&image, (1, 1)).pixels[0], [1.0; 3]);
-        assert_eq!(scaled(&image, (8, 4)).at(1, 1), [8.0; 3]);
-        assert_eq!(scaled(&Image::default(), (2, 1)), Image::new(2, 1));
+        assert_eq!(scaled(&image, Size::new(1, 1)).pixels[0], [1.0; 3]);
+        assert_eq!(scaled(&image, Size::new(8, 4)).at(1, 1), [8.0; 3]);
+        assert_eq!(scaled(&Image::default(), Size::new(2, 1)), Image::new(2, 1));
     }
 
     #[test]
     fn discs_are_cut_at_the_border() {
         let mut canvas = Image::new(2, 2);
-        disc(&mut canvas, (-3.0, 9.0), 1.0, [1.0; 3]);
-        disc(&mut canvas, (2.0, 2.0), 1.0, [1.0; 3]);
+        disc(&mut canvas, Vec2::new(-3.0, 9.0), 1.0, [1.0; 3]);
+        disc(&mut canvas, Vec2::new(2.0, 2.0), 1.0, [1.0; 3]);
         assert_eq!(canvas.at(0, 0), [0.0; 3]);
         assert!(canvas.at(1, 1)[0] > 0.5);
     }

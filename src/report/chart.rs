@@ -1,5 +1,7 @@
 //! A panel of a plot: its grid, its axes with their numbers and names, and where values stand in it.
 
+use glam::Vec2;
+
 use super::axis::Axis;
 use super::font::{Align, Fonts};
 use super::look::unit;
@@ -88,36 +90,38 @@ impl<'a> Chart<'a> {
             x: around.x.1,
             y: around.y.1,
         };
-        let middle = (
+        let middle = Vec2::new(
             (area.left + area.right) / 2.0,
             (area.top + area.bottom) / 2.0,
         );
         let title = fonts.fitted(around.title, fonts.ink(TITLE), cell.right - area.left);
-        let at = (middle.0, area.top - 0.5 * fonts.em);
-        sheet.text(fonts, (&title.0, title.1), at, Align::Center);
+        let at = Vec2::new(middle.x, area.top - 0.5 * fonts.em);
+        sheet.text(fonts, &title.0, title.1, at, Align::Center);
         chart.horizontal(sheet, fonts, around.names);
         chart.vertical(sheet, fonts);
         let border = Stroke::solid(BLACK, unit(fonts));
-        let (foot, head) = ((area.left, area.bottom), (area.left, area.top));
-        sheet.line(&[head, foot, (area.right, area.bottom)], border);
+        let head = Vec2::new(area.left, area.top);
+        let foot = Vec2::new(area.left, area.bottom);
+        let end = Vec2::new(area.right, area.bottom);
+        sheet.line(&[head, foot, end], border);
         let name = fonts.fitted(around.x.0, fonts.ink(NAME), area.right - cell.left);
-        let at = (middle.0, cell.bottom - 0.35 * fonts.em);
-        sheet.text(fonts, (&name.0, name.1), at, Align::Center);
+        let at = Vec2::new(middle.x, cell.bottom - 0.35 * fonts.em);
+        sheet.text(fonts, &name.0, name.1, at, Align::Center);
         let name = fonts.fitted(around.y.0, fonts.ink(NAME), cell.bottom - cell.top);
-        let at = (cell.left + (NAME + 0.1) * fonts.em, middle.1);
-        sheet.upright(fonts, (&name.0, name.1), at, Align::Center);
+        let at = Vec2::new(cell.left + (NAME + 0.1) * fonts.em, middle.y);
+        sheet.upright(fonts, &name.0, name.1, at, Align::Center);
         chart
     }
 
     /// Where a value stands on the sheet.
-    pub fn at(&self, x: f64, y: f64) -> (f32, f32) {
+    pub fn at(&self, x: f64, y: f64) -> Vec2 {
         let Area {
             left,
             top,
             right,
             bottom,
         } = self.area;
-        (
+        Vec2::new(
             left + (right - left) * self.x.share(x),
             bottom + (top - bottom) * self.y.share(y),
         )
@@ -126,15 +130,17 @@ impl<'a> Chart<'a> {
     /// Grid and numbers, or names, of the horizontal axis.
     fn horizontal(&self, sheet: &mut Sheet, fonts: &Fonts, names: &[String]) {
         let grid = Stroke::solid(GRID, unit(fonts));
-        let place = |tick: f64| self.at(tick, self.y.low()).0;
+        let place = |tick: f64| self.at(tick, self.y.low()).x;
         for tick in self.x.ticks() {
             let x = place(*tick);
-            sheet.line(&[(x, self.area.top), (x, self.area.bottom)], grid);
+            let ends = [self.area.top, self.area.bottom].map(|y| Vec2::new(x, y));
+            sheet.line(&ends, grid);
         }
         let foot = self.area.bottom;
         for (index, name) in names.iter().enumerate() {
-            let at = (place(index as f64) + 0.35 * fonts.em, foot + 0.4 * fonts.em);
-            sheet.upright(fonts, (name, fonts.ink(1.0)), at, Align::Right);
+            let x = place(index as f64) + 0.35 * fonts.em;
+            let at = Vec2::new(x, foot + 0.4 * fonts.em);
+            sheet.upright(fonts, name, fonts.ink(1.0), at, Align::Right);
         }
         if !names.is_empty() {
             return;
@@ -143,30 +149,31 @@ impl<'a> Chart<'a> {
         let fits =
             |a: f64, b: f64| (place(b) - place(a)).abs() >= half(a) + half(b) + 0.5 * fonts.em;
         for tick in self.x.labelled(fits) {
-            let at = (place(tick), foot + 1.3 * fonts.em);
+            let at = Vec2::new(place(tick), foot + 1.3 * fonts.em);
             let label = self.x.label(tick);
-            sheet.text(fonts, (&label, fonts.ink(1.0)), at, Align::Center);
+            sheet.text(fonts, &label, fonts.ink(1.0), at, Align::Center);
         }
     }
 
     /// Grid and numbers of the vertical axis.
     fn vertical(&self, sheet: &mut Sheet, fonts: &Fonts) {
         let grid = Stroke::solid(GRID, unit(fonts));
-        let place = |tick: f64| self.at(self.x.low(), tick).1;
+        let place = |tick: f64| self.at(self.x.low(), tick).y;
         for tick in self.y.ticks() {
             let y = place(*tick);
-            sheet.line(&[(self.area.left, y), (self.area.right, y)], grid);
+            let ends = [self.area.left, self.area.right].map(|x| Vec2::new(x, y));
+            sheet.line(&ends, grid);
         }
         for tick in self
             .y
             .labelled(|a, b| (place(b) - place(a)).abs() >= 1.1 * fonts.em)
         {
-            let at = (
+            let at = Vec2::new(
                 self.area.left - 0.4 * fonts.em,
                 place(tick) + 0.35 * fonts.em,
             );
             let label = self.y.label(tick);
-            sheet.text(fonts, (&label, fonts.ink(1.0)), at, Align::Right);
+            sheet.text(fonts, &label, fonts.ink(1.0), at, Align::Right);
         }
     }
 }

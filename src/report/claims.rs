@@ -98,7 +98,8 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
         verdict: verdict.into(),
         class: class.into(),
         ours: if there {
-            sides(judged.sides())
+            let (left, right) = judged.sides();
+            sides(left, right)
         } else {
             String::new()
         },
@@ -110,7 +111,7 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
     }
 }
 
-fn sides((left, right): (f64, f64)) -> String {
+fn sides(left: f64, right: f64) -> String {
     let sign = match left.partial_cmp(&right) {
         Some(Ordering::Less) => "<",
         Some(Ordering::Equal) => "=",
@@ -146,10 +147,10 @@ fn paper_sides(
         data.published(scene, (label, point), column)
     };
     let Measured { smaller, larger } = expression.measure(&value)?;
-    Some(sides(match expression.larger_first() {
-        true => (larger, smaller),
-        false => (smaller, larger),
-    }))
+    Some(match expression.larger_first() {
+        true => sides(larger, smaller),
+        false => sides(smaller, larger),
+    })
 }
 
 /// A verdict in words, and its style class.

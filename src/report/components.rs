@@ -7,7 +7,7 @@ use super::light_map::tinted;
 use super::number;
 use super::overlay::arrange;
 use super::pictures::Pictures;
-use crate::image::Image;
+use crate::image::{Image, Size};
 
 /// Longest side of an image.
 const SIDE: usize = 800;
@@ -21,7 +21,7 @@ pub fn draw(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, Str
     let Some((_, first)) = there.first() else {
         return Err("no images of these methods".into());
     };
-    let size = fitted_size((first.beauty.width, first.beauty.height), (SIDE, SIDE));
+    let size = fitted_size(first.beauty.size(), Size::new(SIDE, SIDE));
     let classified = there
         .iter()
         .filter_map(|(_, pictures)| pictures.lights.as_ref())
@@ -43,6 +43,6 @@ pub fn draw(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, Str
 }
 
 /// The map as large as it fits.
-fn within(map: &Image, size: (usize, usize)) -> Image {
-    scaled(map, fitted_size((map.width, map.height), size))
+fn within(map: &Image, size: Size) -> Image {
+    scaled(map, fitted_size(map.size(), size))
 }

@@ -1,10 +1,12 @@
 //! Kept frames of a sequence on one sheet: the reference and each method a row, the frames columns.
 
-use super::canvas::{Rect, scaled};
+use glam::Vec2;
+
+use super::canvas::scaled;
 use super::data::{Data, SceneOf};
 use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts};
-use super::frame_table::FrameTable;
+use super::frame_table::{FrameTable, Seen};
 use super::name::Name;
 use super::number;
 use super::pictures::Pictures;
@@ -12,7 +14,7 @@ use super::sheet::Sheet;
 use super::shots::{frame_file, reference_key, values};
 use super::title::Title;
 use crate::experiment::spread;
-use crate::image::{Image, read_coded, to_display};
+use crate::image::{Image, Rect, Size, read_coded, to_display};
 
 /// Columns at most, if the config does not say it.
 const COLUMNS: usize = 8;
@@ -43,15 +45,20 @@ struct Row {
 pub fn draw(
     fonts: &Fonts,
     data: &Data,
-    (scene, shown): (&SceneOf, &[Shown]),
-    (head, per_viewer): (Head, bool),
+    scene: &SceneOf,
+    shown: &[Shown],
+    head: Head,
+    per_viewer: bool,
 ) -> Result<Drawing, String> {
     let sequence = data.sequence(scene, &data.points()[0]);
     let sequence = sequence.ok_or("no job has frames")?;
     let there: Vec<&Pictures> = shown.iter().filter_map(|(_, p)| *p).collect();
     let first = there.first().ok_or("no images of these methods")?;
-    let file = |p: &Pictures, shot| data.store.folder.join(frame_file(p.row, shot, "png"));
-    let kept = |frame: &u32| there.iter().any(|p| file(p, (*frame, 0)).is_file());
+    let file = |p: &Pictures, seen| data.store.folder.join(frame_file(p.row, seen, "png"));
+    let kept = |&frame: &u32| {
+        let seen = Seen { frame, viewer: 0 };
+        there.iter().any(|p| file(p, seen).is_file())
+    };
     let kept: Vec<u32> = sequence.kept.iter().copied().filter(kept).collect();
     if kept.is_empty() {
         return Err("no frame was kept".into());
@@ -67,8 +74,8 @@ pub fn draw(
     };
     let mut rows = Vec::new();
     for viewer in 0..viewers {
-        let reference = |frame: &u32| {
-            let key = reference_key(&tables, (*frame, viewer))?;
+        let reference = |&frame: &u32| {
+            let key = reference_key(&tables, Seen { frame, viewer })?;
             Some(to_display(&data.references.mean(&key)?, first.exposure))
         };
         rows.push(Row {
@@ -79,12 +86,10 @@ pub fn draw(
                 .collect(),
         });
         for (pictures, table) in there.iter().zip(&tables) {
-            let cell = |frame: &u32| {
-                let read = read_coded(&file(pictures, (*frame, viewer)));
-                (
-                    read.ok().map(|(image, _)| image),
-                    values(table, (*frame, viewer)),
-                )
+            let cell = |&frame: &u32| {
+                let seen = Seen { frame, viewer };
+                let read = read_coded(&file(pictures, seen));
+                (read.ok().map(|(image, _)| image), values(table, seen))
             };
             rows.push(Row {
                 label: named(&pictures.row.label, viewer),
@@ -109,7 +114,7 @@ pub fn draw(
         false => String::new(),
     };
     Ok(Drawing {
-        sheet: films.draw(fonts, head.title, (first.beauty.width, first.beauty.height)),
+        sheet: films.draw(fonts, head.title, first.beauty.size()),
         caption: format!(
             "{} frames{fewer}, {}, seed {}; errors are those of the frame.{who}",
             frames.len(),
@@ -120,7 +125,7 @@ pub fn draw(
 }
 
 impl Films {
-    fn draw(&self, fonts: &Fonts, title: &str, image: (usize, usize)) -> Sheet {
+    fn draw(&self, fonts: &Fonts, title: &str, image: Size) -> Sheet {
         let columns = self.heads.len();
         let ink = fonts.ink(1.0);
         let labels = self.rows.iter();
@@ -132,36 +137,37 @@ impl Films {
         let widest = texts.fold(0.0, f32::max) as usize;
         let cell = cell_size(image, (WIDTH / columns).clamp(220, 480));
         let values = fonts.room(VALUES);
-        let pitch = (
-            cell.0.max(widest).max(fonts.room(5.0)) + GAP,
-            cell.1 + values + GAP,
-        );
-        let width = left + columns * pitch.0 - GAP + MARGIN;
+        let pitch = Size {
+            width: cell.width.max(widest).max(fonts.room(5.0)) + GAP,
+            height: cell.height + values + GAP,
+        };
+        let width = left + columns * pitch.width - GAP + MARGIN;
         let title = Title::new(fonts, title, (width - 2 * MARGIN) as f32);
         let top = MARGIN + title.height(fonts) + fonts.room(HEAD);
-        let height = top + self.rows.len() * pitch.1 - GAP + MARGIN;
+        let height = top + self.rows.len() * pitch.height - GAP + MARGIN;
         let mut canvas = Sheet::new(width, height);
-        title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
+        title.draw(&mut canvas, fonts, MARGIN, MARGIN);
         for (column, head) in self.heads.iter().enumerate() {
-            let middle = (left + column * pitch.0 + cell.0 / 2) as f32;
-            let at = (middle, top as f32 - 0.4 * fonts.em);
-            canvas.text(fonts, (head, ink), at, Align::Center);
+            let middle = (left + column * pitch.width + cell.width / 2) as f32;
+            let at = Vec2::new(middle, top as f32 - 0.4 * fonts.em);
+            canvas.text(fonts, head, ink, at, Align::Center);
         }
         for (index, row) in self.rows.iter().enumerate() {
-            let y = top + index * pitch.1;
-            let at = (MARGIN as f32, (y + cell.1 / 2) as f32 + 0.35 * fonts.em);
-            let label = Name::new(fonts, &row.label, (ink, room));
+            let y = top + index * pitch.height;
+            let baseline = (y + cell.height / 2) as f32 + 0.35 * fonts.em;
+            let at = Vec2::new(MARGIN as f32, baseline);
+            let label = Name::new(fonts, &row.label, ink, room);
             label.draw_around(&mut canvas, fonts, at, Align::Left);
             for (column, (image, text)) in row.cells.iter().enumerate() {
-                let corner = (left + column * pitch.0, y);
+                let place = Rect::new(left + column * pitch.width, y, cell);
                 match image {
-                    Some(image) => canvas.put(&scaled(image, cell), corner),
-                    None => canvas.fill(rect(corner, cell), ABSENT),
+                    Some(image) => canvas.put(&scaled(image, cell), place.x, y),
+                    None => canvas.fill(place, ABSENT),
                 }
-                canvas.frame(rect(corner, cell), 1, RIM);
-                let middle = (corner.0 + cell.0 / 2) as f32;
-                let at = (middle, (y + cell.1) as f32 + fonts.em);
-                canvas.text(fonts, (text, ink), at, Align::Center);
+                canvas.frame(place, 1, RIM);
+                let middle = (place.x + cell.width / 2) as f32;
+                let at = Vec2::new(middle, (y + cell.height) as f32 + fonts.em);
+                canvas.text(fonts, text, ink, at, Align::Center);
             }
         }
         canvas
@@ -169,17 +175,8 @@ impl Films {
 }
 
 /// The aspect of the images, at this longer side.
-fn cell_size((width, height): (usize, usize), longest: usize) -> (usize, usize) {
-    let scale = longest as f64 / width.max(height).max(1) as f64;
+fn cell_size(image: Size, longest: usize) -> Size {
+    let scale = longest as f64 / image.width.max(image.height).max(1) as f64;
     let side = |n: usize| ((n as f64 * scale).round() as usize).max(1);
-    (side(width), side(height))
-}
-
-fn rect((x, y): (usize, usize), (width, height): (usize, usize)) -> Rect {
-    Rect {
-        x,
-        y,
-        width,
-        height,
-    }
+    Size::new(side(image.width), side(image.height))
 }

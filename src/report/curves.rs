@@ -2,6 +2,8 @@
 
 use std::num::NonZeroUsize;
 
+use glam::Vec2;
+
 use super::axis::Axis;
 use super::chart::{Around, Chart};
 use super::data::{Asked, Data, SceneOf};
@@ -72,7 +74,7 @@ pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, St
     let rows: Vec<&[Around]> = around.chunks(plot.columns).collect();
     Ok(Drawing {
         sheet: plot.draw(fonts, &rows, |sheet, index, chart| {
-            paint(sheet, fonts, (&panels[index], chart));
+            paint(sheet, fonts, &panels[index], chart);
         }),
         caption: match data.config.repeats {
             1 => "One run each; no intervals.",
@@ -158,19 +160,20 @@ fn points(data: &Data, scene: &SceneOf, label: &str, [x, y]: [&str; 2]) -> Vec<P
 }
 
 /// The lines of a panel with their intervals and markers.
-fn paint(sheet: &mut Sheet, fonts: &Fonts, (panel, chart): (&Panel, &Chart)) {
+fn paint(sheet: &mut Sheet, fonts: &Fonts, panel: &Panel, chart: &Chart) {
     let floor = panel.y.1.low();
     let unit = unit(fonts);
     for curve in &panel.curves {
         let color = color(curve.index);
         let stroke = Stroke::solid(color, 2.0 * unit);
-        let places: Vec<(f32, f32)> = curve.points.iter().map(|p| chart.at(p.x, p.y)).collect();
+        let places: Vec<Vec2> = curve.points.iter().map(|p| chart.at(p.x, p.y)).collect();
         sheet.line(&places, stroke);
         for p in curve.points.iter().filter(|p| p.half > 0.0) {
             let ends = [(p.y - p.half).max(floor), p.y + p.half].map(|end| chart.at(p.x, end));
             sheet.line(&ends, stroke);
-            for (x, y) in ends {
-                sheet.line(&[(x - 5.0 * unit, y), (x + 5.0 * unit, y)], stroke);
+            for Vec2 { x, y } in ends {
+                let cap = [x - 5.0 * unit, x + 5.0 * unit].map(|x| Vec2::new(x, y));
+                sheet.line(&cap, stroke);
             }
         }
         for place in &places {

@@ -110,7 +110,7 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
                 one_scene(&asked, &fonts, scene, &shown, &mut drawn)?;
             }
         }
-        let viewer = viewer::write(data, (scene, &pictures), (shelf, &mut drawn.notes))?;
+        let viewer = viewer::write(data, scene, &pictures, shelf, &mut drawn.notes)?;
         drawn.viewers.extend(viewer);
     }
     for (index, spec) in data.config.figure.iter().enumerate() {
@@ -135,7 +135,7 @@ pub fn draw_all(data: &Data, shelf: &mut Shelf) -> io::Result<Drawn> {
             }
             FigureKind::Timeline => {
                 for scene in data.scenes.iter().filter(|scene| shows_scene(spec, scene)) {
-                    let timeline = timeline::of_scene(data, (spec, scene), &mut drawn.notes);
+                    let timeline = timeline::of_scene(data, spec, scene, &mut drawn.notes);
                     let name = format!("{}-{}", spec.name, scene.name);
                     let asked = of_scene(Some(&scene.name));
                     drawn.add(&asked, &name, title, &fonts, |fonts| {
@@ -347,15 +347,13 @@ fn one_scene(
         columns: spec.columns.map(NonZeroUsize::get),
     };
     let draw = |fonts: &Fonts| match spec.kind {
-        FigureKind::SideBySide => side_by_side::draw(fonts, shown, (head, &spec.insets)),
+        FigureKind::SideBySide => side_by_side::draw(fonts, shown, head, &spec.insets),
         FigureKind::Records => overlay::records(fonts, shown, head),
         FigureKind::Discontinuity => overlay::discontinuity(fonts, shown, head),
         FigureKind::Lights => light_map::lights(fonts, shown, head),
         FigureKind::Classification => light_map::classes(fonts, shown, head),
         FigureKind::Components => components::draw(fonts, shown, head),
-        FigureKind::Frames => {
-            contact_sheet::draw(fonts, data, (scene, shown), (head, spec.per_viewer))
-        }
+        FigureKind::Frames => contact_sheet::draw(fonts, data, scene, shown, head, spec.per_viewer),
         FigureKind::Curves | FigureKind::Ranking | FigureKind::Timeline => {
             Err("a plot is not about one scene's images".into())
         }

@@ -24,6 +24,13 @@ pub struct FrameLine {
     numbers: Vec<f64>,
 }
 
+/// A frame of a sequence as one of its viewers sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    pub frame: u32,
+    pub viewer: usize,
+}
+
 impl FrameTable {
     /// The frames of a finished job; why there are none where the file is missing or damaged.
     pub fn of(data: &Data, row: &Row) -> Result<Self, String> {
@@ -85,7 +92,8 @@ impl FrameTable {
     }
 
     /// The line of a frame and viewer.
-    pub fn find(&self, frame: u32, viewer: usize) -> Option<&FrameLine> {
+    pub fn find(&self, seen: Seen) -> Option<&FrameLine> {
+        let Seen { frame, viewer } = seen;
         let here = |line: &&FrameLine| line.frame == frame && usize::from(line.viewer) == viewer;
         self.lines.iter().find(here)
     }

@@ -59,8 +59,10 @@ struct SceneLine {
 /// Fills the template.
 pub fn page(
     data: &Data,
-    (tables, claims): (&[Table], &[Claim]),
-    (drawn, shelf): (&Drawn, Shelf),
+    tables: &[Table],
+    claims: &[Claim],
+    drawn: &Drawn,
+    shelf: Shelf,
 ) -> io::Result<String> {
     let title = data.title();
     let costs = table_kinds::costs(data);
@@ -114,12 +116,12 @@ pub fn page(
     });
     let mut environment = environment();
     environment.add_filter("source", move |file: String| sources.of(&file));
-    render(environment, ("report.html", TEMPLATE), page)
+    render(environment, "report.html", TEMPLATE, page)
 }
 
-/// A template (its name, its text) with its values put in, escaped for HTML.
-pub fn fill(template: (&str, &str), values: Value) -> io::Result<String> {
-    render(environment(), template, values)
+/// A template of a name with its values put in, escaped for HTML.
+pub fn fill(name: &str, template: &str, values: Value) -> io::Result<String> {
+    render(environment(), name, template, values)
 }
 
 fn environment() -> Environment<'static> {
@@ -134,7 +136,8 @@ fn environment() -> Environment<'static> {
 
 fn render(
     mut environment: Environment,
-    (name, template): (&str, &str),
+    name: &str,
+    template: &str,
     values: Value,
 ) -> io::Result<String> {
     let name = name.to_owned();

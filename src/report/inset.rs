@@ -1,7 +1,6 @@
 //! Where to look closer: the places where methods differ most.
 
-use super::canvas::Rect;
-use crate::image::Plane;
+use crate::image::{Plane, Rect, Size};
 
 /// Sums over rectangles in constant time.
 struct Integral {
@@ -37,21 +36,16 @@ impl Integral {
 ///
 /// `errors` are the methods' error maps, all of one size; without any the windows are spread along
 /// the diagonal. A window that is larger than the image is cut to it.
-pub fn choose(
-    errors: &[&Plane],
-    image: (usize, usize),
-    size: (usize, usize),
-    count: usize,
-) -> Vec<Rect> {
+pub fn choose(errors: &[&Plane], image: Size, size: Size, count: usize) -> Vec<Rect> {
     let (width, height) = (
-        size.0.clamp(1, image.0.max(1)),
-        size.1.clamp(1, image.1.max(1)),
+        size.width.clamp(1, image.width.max(1)),
+        size.height.clamp(1, image.height.max(1)),
     );
     let integrals: Vec<Integral> = errors.iter().map(|e| Integral::new(e)).collect();
     let (step_x, step_y) = ((width / 4).max(1), (height / 4).max(1));
     let mut candidates: Vec<(f64, Rect)> = Vec::new();
-    for y in steps(image.1 - height.min(image.1), step_y) {
-        for x in steps(image.0 - width.min(image.0), step_x) {
+    for y in steps(image.height - height.min(image.height), step_y) {
+        for x in steps(image.width - width.min(image.width), step_x) {
             let rect = Rect {
                 x,
                 y,
@@ -61,7 +55,7 @@ pub fn choose(
             let means = integrals.iter().map(|i| i.mean(rect));
             let (low, high) = means.fold((f64::INFINITY, 0.0), |(l, h), m| (m.min(l), m.max(h)));
             let spread = match integrals.len() {
-                0 => -((x as f64 * image.1 as f64 - y as f64 * image.0 as f64).abs()),
+                0 => -((x as f64 * image.height as f64 - y as f64 * image.width as f64).abs()),
                 1 => high,
                 _ => high - low,
             };
@@ -88,10 +82,10 @@ fn steps(last: usize, step: usize) -> impl Iterator<Item = usize> {
     (0..last).step_by(step).chain([last])
 }
 
-fn apart(a: Rect, b: Rect, image: (usize, usize)) -> bool {
+fn apart(a: Rect, b: Rect, image: Size) -> bool {
     let (dx, dy) = (a.x.abs_diff(b.x), a.y.abs_diff(b.y));
     let disjoint = dx >= a.width || dy >= a.height;
-    disjoint && (dx * 4 >= image.0 || dy * 4 >= image.1)
+    disjoint && (dx * 4 >= image.width || dy * 4 >= image.height)
 }
 
 #[cfg(test)]
@@ -112,7 +106,7 @@ mod tests {
                 a.values[y * 100 + x] = 0.5;
             }
         }
-        let chosen = choose(&[&a, &b], (100, 60), (16, 16), 2);
+        let chosen = choose(&[&a, &b], Size::new(100, 60), Size::new(16, 16), 2);
         assert_eq!(chosen.len(), 2);
         let holds = |r: &Rect, x: usize, y: usize| {
             (r.x..r.x + r.width).contains(&x) && (r.y..r.y + r.height).contains(&y)
@@ -132,14 +126,23 @@ mod tests {
             width: 1,
             height: 1,
         };
-        assert_eq!(choose(&[&one], (1, 1), (40, 40), 3), [whole]);
+        assert_eq!(
+            choose(&[&one], Size::new(1, 1), Size::new(40, 40), 3),
+            [whole]
+        );
         let strip = Plane::new(500, 1);
-        let chosen = choose(&[&strip, &strip], (500, 1), (40, 40), 3);
+        let chosen = choose(&[&strip, &strip], Size::new(500, 1), Size::new(40, 40), 3);
         assert_eq!(chosen.len(), 3);
         assert!(chosen.iter().all(|r| r.x + r.width <= 500 && r.height == 1));
         let mut broken = Plane::new(50, 50);
         broken.values.fill(f32::NAN);
-        assert_eq!(choose(&[&broken], (50, 50), (10, 10), 2).len(), 2);
-        assert_eq!(choose(&[], (100, 100), (10, 10), 3).len(), 3);
+        assert_eq!(
+            choose(&[&broken], Size::new(50, 50), Size::new(10, 10), 2).len(),
+            2
+        );
+        assert_eq!(
+            choose(&[], Size::new(100, 100), Size::new(10, 10), 3).len(),
+            3
+        );
     }
 }

@@ -1,5 +1,7 @@
 //! What the marks of a plot stand for, in as many lines as they need.
 
+use glam::Vec2;
+
 use super::font::{Align, Fonts, Ink};
 use super::look::{color, marker, unit};
 use super::sheet::{Sheet, Stroke};
@@ -77,9 +79,9 @@ impl Legend {
             let mut x = (sheet.width as f32 - (total - after)) / 2.0;
             let y = top + (LINE * index as f32 + 0.9) * fonts.em;
             for entry in line {
-                draw_mark(sheet, fonts, entry.mark, (x, y));
-                let at = (x + (MARK + BEFORE) * fonts.em, y + 0.34 * fonts.em);
-                sheet.text(fonts, (&entry.name, entry.ink), at, Align::Left);
+                draw_mark(sheet, fonts, entry.mark, Vec2::new(x, y));
+                let at = Vec2::new(x + (MARK + BEFORE) * fonts.em, y + 0.34 * fonts.em);
+                sheet.text(fonts, &entry.name, entry.ink, at, Align::Left);
                 x += entry.width + after;
             }
         }
@@ -87,13 +89,16 @@ impl Legend {
 }
 
 /// A mark whose left end is at a place, in the middle of its line.
-fn draw_mark(sheet: &mut Sheet, fonts: &Fonts, mark: Mark, (x, y): (f32, f32)) {
+fn draw_mark(sheet: &mut Sheet, fonts: &Fonts, mark: Mark, at: Vec2) {
+    let Vec2 { x, y } = at;
     let right = x + MARK * fonts.em;
+    let ends = [at, Vec2::new(right, y)];
     let stroke = |color| Stroke::solid(color, 2.0 * unit(fonts));
     match mark {
         Mark::Method(index) => {
-            sheet.line(&[(x, y), (right, y)], stroke(color(index)));
-            let outline = marker(index, ((x + right) / 2.0, y), unit(fonts));
+            sheet.line(&ends, stroke(color(index)));
+            let middle = Vec2::new((x + right) / 2.0, y);
+            let outline = marker(index, middle, unit(fonts));
             sheet.polygon(&outline, color(index), 1.0);
         }
         Mark::Line(dash) => {
@@ -101,11 +106,12 @@ fn draw_mark(sheet: &mut Sheet, fonts: &Fonts, mark: Mark, (x, y): (f32, f32)) {
                 dash,
                 ..stroke([0.0; 3])
             };
-            sheet.line(&[(x, y), (right, y)], dashed);
+            sheet.line(&ends, dashed);
         }
         Mark::Shade => {
             let (above, below) = (y - 0.5 * fonts.em, y + 0.5 * fonts.em);
             let corners = [(x, above), (right, above), (right, below), (x, below)];
+            let corners = corners.map(|(x, y)| Vec2::new(x, y));
             sheet.polygon(&corners, [0.0; 3], SHADE);
         }
     }

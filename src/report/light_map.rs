@@ -1,5 +1,7 @@
 //! Lights, and the classes of texels, drawn on the environment map they were made from.
 
+use glam::Vec2;
+
 use super::canvas::{disc, fitted_size, scaled};
 use super::figure::{Drawing, Head, Shown};
 use super::font::Fonts;
@@ -7,7 +9,7 @@ use super::number;
 use super::overlay::{arrange, legend};
 use super::pictures::{LightPictures, Pictures};
 use crate::environment::LightKind;
-use crate::image::Image;
+use crate::image::{Image, Size};
 
 const DIRECT: [f32; 3] = [0.95, 0.1, 0.08];
 const INDIRECT: [f32; 3] = [0.12, 0.35, 1.0];
@@ -23,7 +25,7 @@ pub fn draw_lights(shown: &mut Image, lights: impl Iterator<Item = ([f32; 2], Li
             LightKind::Indirect => INDIRECT,
             LightKind::Direct | LightKind::Global => DIRECT,
         };
-        let center = (u * size[0], v * size[1]);
+        let center = Vec2::new(u * size[0], v * size[1]);
         disc(shown, center, radius * 1.35, RIM);
         disc(shown, center, radius, color);
     }
@@ -109,7 +111,7 @@ pub fn marked(map: &Image, own: &LightPictures) -> Image {
 }
 
 fn enlarged(map: &Image) -> Image {
-    scaled(map, fitted_size((map.width, map.height), (1024, 1024)))
+    scaled(map, fitted_size(map.size(), Size::new(1024, 1024)))
 }
 
 /// The map with emissive texels red and all others blue.

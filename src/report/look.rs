@@ -1,5 +1,7 @@
 //! The look of methods in plots: colours and markers.
 
+use glam::Vec2;
+
 use super::font::Fonts;
 
 /// Size of common text of plots, units of the sheet, to which markers and strokes belong.
@@ -31,10 +33,10 @@ pub fn unit(fonts: &Fonts) -> f32 {
 }
 
 /// The outline of a method's marker around a place, at a scale.
-pub fn marker(index: usize, (x, y): (f32, f32), scale: f32) -> Vec<(f32, f32)> {
+pub fn marker(index: usize, at: Vec2, scale: f32) -> Vec<Vec2> {
     let corners = outline(index).into_iter();
     corners
-        .map(|(dx, dy)| (x + scale * dx as f32, y + scale * dy as f32))
+        .map(|(dx, dy)| Vec2::new(at.x + scale * dx as f32, at.y + scale * dy as f32))
         .collect()
 }
 

@@ -123,11 +123,11 @@ fn write_all(folder: &Path, data: Data, single_file: bool) -> Result<Written, Re
             .iter()
             .flat_map(|f| f.files.iter().map(|name| folder.join(name))),
     );
-    let page = html::page(&data, (&tables, &claims), (&drawn, shelf))?;
+    let page = html::page(&data, &tables, &claims, &drawn, shelf)?;
     data.store.write("report.html", &xml_text(&page))?;
     files.push(folder.join("report.html"));
     Ok(Written {
-        summary: summary::text(&data, (&tables, &claims), &drawn.notes),
+        summary: summary::text(&data, &tables, &claims, &drawn.notes),
         files,
     })
 }

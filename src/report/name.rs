@@ -1,5 +1,7 @@
 //! The name of a method above or beside its pictures, in one line or two.
 
+use glam::Vec2;
+
 use super::font::{Align, Fonts, Ink};
 use super::sheet::Sheet;
 
@@ -16,8 +18,8 @@ pub struct Name {
 }
 
 impl Name {
-    /// Of a text in an ink.
-    pub fn new(fonts: &Fonts, text: &str, (ink, width): (Ink, f32)) -> Self {
+    /// Of a text in an ink, within a width in units.
+    pub fn new(fonts: &Fonts, text: &str, ink: Ink, width: f32) -> Self {
         let (line, small) = fonts.fitted(text, ink, width);
         if line == text {
             return Self {
@@ -40,16 +42,17 @@ impl Name {
     }
 
     /// Writes it with the baseline of its last line at a place.
-    pub fn draw(&self, sheet: &mut Sheet, fonts: &Fonts, (x, y): (f32, f32), align: Align) {
+    pub fn draw(&self, sheet: &mut Sheet, fonts: &Fonts, at: Vec2, align: Align) {
         for (index, line) in self.lines.iter().enumerate() {
-            let baseline = y - self.above() + index as f32 * LINE * self.ink.size;
-            sheet.text(fonts, (line, self.ink), (x, baseline), align);
+            let baseline = at.y - self.above() + index as f32 * LINE * self.ink.size;
+            sheet.text(fonts, line, self.ink, Vec2::new(at.x, baseline), align);
         }
     }
 
     /// Writes it with its middle where a single line would have its own.
-    pub fn draw_around(&self, sheet: &mut Sheet, fonts: &Fonts, (x, y): (f32, f32), align: Align) {
-        self.draw(sheet, fonts, (x, y + self.above() / 2.0), align);
+    pub fn draw_around(&self, sheet: &mut Sheet, fonts: &Fonts, at: Vec2, align: Align) {
+        let last = Vec2::new(at.x, at.y + self.above() / 2.0);
+        self.draw(sheet, fonts, last, align);
     }
 }
 
@@ -57,9 +60,10 @@ impl Name {
 pub fn room_above<'a>(
     fonts: &Fonts,
     names: impl Iterator<Item = &'a str>,
-    (ink, width): (Ink, f32),
+    ink: Ink,
+    width: f32,
 ) -> usize {
-    let above = names.map(|name| Name::new(fonts, name, (ink, width)).above());
+    let above = names.map(|name| Name::new(fonts, name, ink, width).above());
     above.fold(0.0, f32::max).ceil() as usize
 }
 
@@ -90,7 +94,7 @@ mod tests {
     fn long_names_take_two_lines_and_keep_all_their_letters() {
         let fonts = Fonts::load().expect("embedded").at(20.0);
         let lines = |text: &str| {
-            let name = Name::new(&fonts, text, (fonts.ink(1.0), 200.0));
+            let name = Name::new(&fonts, text, fonts.ink(1.0), 200.0);
             let fits = |line: &String| fonts.width(line, name.ink.size) <= 201.0;
             assert!(name.lines.iter().all(fits), "{:?}", name.lines);
             name.lines
@@ -105,8 +109,8 @@ mod tests {
         assert_eq!(lines(&one_word).concat(), one_word);
         assert_eq!(lines(&"too long for all ".repeat(9)).len(), 2);
         let names = ["IM", long];
-        let setting = (fonts.ink(1.0), 200.0);
-        assert!(room_above(&fonts, names.into_iter(), setting) > 10);
-        assert_eq!(room_above(&fonts, ["IM"].into_iter(), setting), 0);
+        let ink = fonts.ink(1.0);
+        assert!(room_above(&fonts, names.into_iter(), ink, 200.0) > 10);
+        assert_eq!(room_above(&fonts, ["IM"].into_iter(), ink, 200.0), 0);
     }
 }

@@ -1,5 +1,7 @@
 //! Record positions over dimmed images, and discontinuity maps: panels side by side.
 
+use glam::Vec2;
+
 use super::canvas::{color_bar, disc, fitted_size, painted, shown};
 use super::figure::{Drawing, Head, Shown};
 use super::font::{Align, Fonts};
@@ -9,7 +11,7 @@ use super::pictures::Pictures;
 use super::sheet::Sheet;
 use super::side_by_side::bright_end;
 use super::title::Title;
-use crate::image::{Image, Plane};
+use crate::image::{Image, Plane, Size};
 
 const MARGIN: usize = 16;
 const GAP: usize = 14;
@@ -30,7 +32,7 @@ pub fn records(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Drawing, 
     let Some((_, first, _)) = there.first() else {
         return Err("no record positions of these methods".into());
     };
-    let image = (first.beauty.width, first.beauty.height);
+    let image = first.beauty.size();
     let most = there
         .iter()
         .map(|(_, _, r)| count(r, 0.5))
@@ -71,20 +73,21 @@ fn count(records: &Plane, above: f32) -> u64 {
 }
 
 /// Large enough to tell the records apart, within reason.
-fn panel_size(image: (usize, usize), records: u64) -> (usize, usize) {
-    let pixels = (image.0 * image.1).max(1) as f64;
+fn panel_size(image: Size, records: u64) -> Size {
+    let pixels = (image.width * image.height).max(1) as f64;
     let scale = (AREA_PER_RECORD * records as f64 / pixels).sqrt();
-    let wanted = (image.0.max(image.1) as f64 * scale) as usize;
+    let wanted = (image.width.max(image.height) as f64 * scale) as usize;
     let side = wanted.clamp(640, 1600);
-    fitted_size(image, (side, side))
+    fitted_size(image, Size::new(side, side))
 }
 
-fn dotted(pictures: &Pictures, records: &Plane, size: (usize, usize)) -> Image {
+fn dotted(pictures: &Pictures, records: &Plane, size: Size) -> Image {
     let mut panel =
         shown(&pictures.beauty, pictures.exposure, size).map(|p| p.map(|v| 0.5 + 0.5 * v));
     let (width, height) = (records.width, records.height);
-    let (sx, sy) = (size.0 as f32 / width as f32, size.1 as f32 / height as f32);
-    let share = (size.0 * size.1) as f32 / count(records, 0.5).max(1) as f32;
+    let sx = size.width as f32 / width as f32;
+    let sy = size.height as f32 / height as f32;
+    let share = (size.width * size.height) as f32 / count(records, 0.5).max(1) as f32;
     let radius = (share.sqrt() * 0.22).clamp(0.7, 4.0);
     for (stage, color) in [(1.0, FIRST), (2.0, REFINED)] {
         for (index, _) in records
@@ -93,8 +96,8 @@ fn dotted(pictures: &Pictures, records: &Plane, size: (usize, usize)) -> Image {
             .enumerate()
             .filter(|(_, v)| **v == stage)
         {
-            let center = ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
-            disc(&mut panel, (center.0 * sx, center.1 * sy), radius, color);
+            let (x, y) = ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+            disc(&mut panel, Vec2::new(x * sx, y * sy), radius, color);
         }
     }
     panel
@@ -108,8 +111,9 @@ pub fn legend(canvas: &mut Sheet, fonts: &Fonts, entries: [(&str, [f32; 3]); 2])
     let mut x = MARGIN as f32;
     for (text, color) in entries {
         let (text, ink) = fonts.fitted(text, fonts.ink(1.0), room);
-        canvas.disc((x + 0.3 * em, y - 0.32 * em), 0.27 * em, color);
-        canvas.text(fonts, (&text, ink), (x + em, y), Align::Left);
+        let dot = Vec2::new(x + 0.3 * em, y - 0.32 * em);
+        canvas.disc(dot, 0.27 * em, color);
+        canvas.text(fonts, &text, ink, Vec2::new(x + em, y), Align::Left);
         x += 2.2 * em + fonts.width(&text, ink.size);
     }
 }
@@ -125,7 +129,7 @@ pub fn discontinuity(fonts: &Fonts, methods: &[Shown], head: Head) -> Result<Dra
     };
     let planes: Vec<&Plane> = there.iter().map(|(_, _, plane)| *plane).collect();
     let high = bright_end(&planes);
-    let size = fitted_size((first.beauty.width, first.beauty.height), (960, 960));
+    let size = fitted_size(first.beauty.size(), Size::new(960, 960));
     let panels: Vec<(String, Image)> = there
         .iter()
         .map(|(label, _, plane)| ((*label).to_owned(), painted(plane, high, size)))
@@ -145,13 +149,14 @@ fn scale(canvas: &mut Sheet, fonts: &Fonts, high: f32) {
     let ink = fonts.ink(1.0);
     let baseline = (canvas.height - MARGIN) as f32 - 0.4 * fonts.em;
     let left = MARGIN + fonts.room(0.9);
-    let bar = (fonts.room(10.0), fonts.room(0.75));
-    let top = canvas.height - MARGIN - fonts.room(0.4) - bar.1;
-    canvas.text(fonts, ("0", ink), (MARGIN as f32, baseline), Align::Left);
-    canvas.put(&color_bar(bar.0, bar.1), (left, top));
+    let bar = Size::new(fonts.room(10.0), fonts.room(0.75));
+    let top = canvas.height - MARGIN - fonts.room(0.4) - bar.height;
+    let at = Vec2::new(MARGIN as f32, baseline);
+    canvas.text(fonts, "0", ink, at, Align::Left);
+    canvas.put(&color_bar(bar.width, bar.height), left, top);
     let text = format!("{} and more", number::lone(f64::from(high)));
-    let at = ((left + bar.0) as f32 + 0.4 * fonts.em, baseline);
-    canvas.text(fonts, (&text, ink), at, Align::Left);
+    let at = Vec2::new((left + bar.width) as f32 + 0.4 * fonts.em, baseline);
+    canvas.text(fonts, &text, ink, at, Align::Left);
 }
 
 /// Panels of equal size with their labels above, at most three (two of large ones) in a row, a title
@@ -168,21 +173,20 @@ pub fn arrange(fonts: &Fonts, panels: &[(String, Image)], head: Head) -> Sheet {
     let lines = panels.len().div_ceil(columns);
     let width = (2 * MARGIN + columns * (cell + GAP) - GAP).max(fonts.room(20.0));
     let labels = panels.iter().map(|(label, _)| label.as_str());
-    let names = (fonts.ink(1.0), cell as f32);
-    let head_height = fonts.room(HEAD) + name::room_above(fonts, labels, names);
-    let room = (width - 2 * MARGIN) as f32;
-    let title = Title::new(fonts, head.title, room);
+    let (ink, room) = (fonts.ink(1.0), cell as f32);
+    let head_height = fonts.room(HEAD) + name::room_above(fonts, labels, ink, room);
+    let title = Title::new(fonts, head.title, (width - 2 * MARGIN) as f32);
     let top = MARGIN + title.height(fonts);
     let pitch = head_height + tallest + GAP;
     let height = top + lines * pitch - GAP + fonts.room(FOOT) + MARGIN;
     let mut canvas = Sheet::new(width, height);
-    title.draw(&mut canvas, fonts, (MARGIN, MARGIN));
+    title.draw(&mut canvas, fonts, MARGIN, MARGIN);
     for (index, (label, panel)) in panels.iter().enumerate() {
         let left = MARGIN + (index % columns) * (cell + GAP);
         let y = top + (index / columns) * pitch + head_height;
-        let at = (left as f32, y as f32 - 0.45 * fonts.em);
-        Name::new(fonts, label, names).draw(&mut canvas, fonts, at, Align::Left);
-        canvas.put(panel, (left, y));
+        let at = Vec2::new(left as f32, y as f32 - 0.45 * fonts.em);
+        Name::new(fonts, label, ink, room).draw(&mut canvas, fonts, at, Align::Left);
+        canvas.put(panel, left, y);
     }
     canvas
 }

@@ -12,7 +12,7 @@ use svg2pdf::{ConversionOptions, PageOptions};
 use super::font::Fonts;
 use super::sheet::Sheet;
 use crate::files;
-use crate::image::write_png_bytes;
+use crate::image::{Size, write_png_bytes};
 
 /// Of SVG: a pixel is one of these parts of an inch.
 const DPI: f32 = 96.0;
@@ -39,7 +39,7 @@ pub fn write(
         pixels,
     } = print;
     let svg = sheet.svg(width_mm);
-    let size = (sheet.width * pixels, sheet.height * pixels);
+    let size = Size::new(sheet.width * pixels, sheet.height * pixels);
     let made = tree(&svg, fonts)
         .and_then(|tree| Ok((rgb(&tree, size)?, pdf(&tree)?, clashes(&tree, sheet))));
     let (bytes, pdf, clashes) = match made {
@@ -65,13 +65,14 @@ fn tree(svg: &str, fonts: &Fonts) -> Result<Tree, String> {
 }
 
 /// Three bytes a pixel, row-major.
-fn rgb(tree: &Tree, (width, height): (usize, usize)) -> Result<Vec<u8>, String> {
+fn rgb(tree: &Tree, size: Size) -> Result<Vec<u8>, String> {
+    let Size { width, height } = size;
     let side = |n: usize| u32::try_from(n).map_err(|e| e.to_string());
     let pixmap = Pixmap::new(side(width)?, side(height)?);
     let mut pixmap = pixmap.ok_or_else(|| format!("no figure has {width} × {height} pixels"))?;
-    let size = tree.size();
-    let scale = (width as f32 / size.width(), height as f32 / size.height());
-    let transform = Transform::from_scale(scale.0, scale.1);
+    let drawn = tree.size();
+    let transform =
+        Transform::from_scale(width as f32 / drawn.width(), height as f32 / drawn.height());
     resvg::render(tree, transform, &mut pixmap.as_mut());
     // The sheet is white: nothing is translucent.
     let pixels = pixmap.data().chunks_exact(4);
@@ -156,6 +157,8 @@ fn clashes(tree: &Tree, sheet: &Sheet) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
     use crate::image::Image;
     use crate::report::font::Align;
@@ -164,13 +167,14 @@ mod tests {
     fn drawn(texts: &[(&str, f32, f32)]) -> (Tree, Sheet, Fonts) {
         let (mut sheet, _, fonts) = with_square();
         let picture = |share| Image::new(8, 4).map(|_| [0.0, share, 1.0]);
-        sheet.put(&picture(0.0), (100, 20));
+        sheet.put(&picture(0.0), 100, 20);
         for index in 1_u8..5 {
             let share = f32::from(index) / 4.0;
-            sheet.put(&picture(share), (100 + 20 * usize::from(index), 20));
+            sheet.put(&picture(share), 100 + 20 * usize::from(index), 20);
         }
         for (text, x, y) in texts {
-            sheet.text(&fonts, (text, fonts.ink(1.0)), (*x, *y), Align::Left);
+            let at = Vec2::new(*x, *y);
+            sheet.text(&fonts, text, fonts.ink(1.0), at, Align::Left);
         }
         let tree = tree(&sheet.svg(85.0), &fonts).expect("a drawing");
         (tree, sheet, fonts)
@@ -179,7 +183,7 @@ mod tests {
     #[test]
     fn pictures_and_shapes_reach_their_pixels() {
         let (tree, _, _) = drawn(&[]);
-        let bytes = rgb(&tree, (200, 60)).expect("pixels");
+        let bytes = rgb(&tree, Size::new(200, 60)).expect("pixels");
         let at = |x: usize, y: usize| &bytes[3 * (y * 200 + x)..][..3];
         assert_eq!(at(20, 20), [255, 0, 0]);
         for (x, y) in [(100, 20), (107, 20), (107, 23), (100, 23)] {

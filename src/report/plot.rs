@@ -1,5 +1,7 @@
 //! A plot: its panels in columns, under a title and above a legend.
 
+use glam::Vec2;
+
 use super::chart::{Area, Around, Chart, outer_height};
 use super::font::{Align, Fonts};
 use super::legend::{Legend, Mark};
@@ -47,7 +49,8 @@ impl Plot<'_> {
         for (index, text) in title.iter().enumerate() {
             let (text, ink) = fonts.fitted(text, ink, width - 2.0 * margin);
             let baseline = margin + line * index as f32 + 0.9 * ink.size;
-            sheet.text(fonts, (&text, ink), (width / 2.0, baseline), Align::Center);
+            let at = Vec2::new(width / 2.0, baseline);
+            sheet.text(fonts, &text, ink, at, Align::Center);
         }
         let (mut above, mut index) = (top, 0);
         for (row, height) in rows.iter().zip(heights) {

@@ -2,6 +2,8 @@
 
 use std::num::NonZeroUsize;
 
+use glam::Vec2;
+
 use super::axis::Axis;
 use super::chart::{Around, Chart, left_room};
 use super::data::{Asked, Data, SceneOf};
@@ -45,7 +47,7 @@ pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, St
         .map(|key| {
             let column = Column::of(key);
             let of_map =
-                |(_, scenes): &(String, Vec<&SceneOf>)| of_map(data, (&methods, scenes), &column);
+                |(_, scenes): &(String, Vec<&SceneOf>)| of_map(data, &methods, scenes, &column);
             let by_map: Vec<Option<Vec<f64>>> = maps.iter().map(of_map).collect();
             let of_method = |m: usize| by_map.iter().map(|r| r.as_ref().map(|r| r[m])).collect();
             Panel {
@@ -87,7 +89,13 @@ pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, St
     let rows: Vec<&[Around]> = around.chunks(plot.columns).collect();
     Ok(Drawing {
         sheet: plot.draw(fonts, &rows, |sheet, index, chart| {
-            paint(sheet, fonts, ((&panels[index], chart), (&methods, &names)));
+            let painted = Painted {
+                panel: &panels[index],
+                chart,
+                methods: &methods,
+                maps: &names,
+            };
+            paint(sheet, fonts, painted);
         }),
         caption:
             "Ranks of the methods under each map, 1 the best, by the mean over its scenes and seeds."
@@ -95,14 +103,24 @@ pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, St
     })
 }
 
-/// A panel and where it is drawn; methods with their positions in the config, and the names of the maps.
-type Painted<'a> = (
-    (&'a Panel, &'a Chart<'a>),
-    (&'a [(usize, &'a str)], &'a [String]),
-);
+/// A panel and where it is drawn.
+struct Painted<'a> {
+    panel: &'a Panel,
+    chart: &'a Chart<'a>,
+    /// With their positions in the config.
+    methods: &'a [(usize, &'a str)],
+    /// Names of the maps.
+    maps: &'a [String],
+}
 
 /// The ranks of each method from map to map.
-fn paint(sheet: &mut Sheet, fonts: &Fonts, ((panel, chart), (methods, maps)): Painted) {
+fn paint(sheet: &mut Sheet, fonts: &Fonts, painted: Painted) {
+    let Painted {
+        panel,
+        chart,
+        methods,
+        maps,
+    } = painted;
     let unit = unit(fonts);
     for ((index, label), ranks) in methods.iter().zip(&panel.ranks) {
         let color = color(*index);
@@ -110,7 +128,7 @@ fn paint(sheet: &mut Sheet, fonts: &Fonts, ((panel, chart), (methods, maps)): Pa
         let there = there.filter_map(|(map, rank)| Some((map, (*rank)?)));
         let there: Vec<(usize, f64)> = there.collect();
         let place = |(map, rank): &(usize, f64)| chart.at(*map as f64, *rank);
-        let places: Vec<(f32, f32)> = there.iter().map(place).collect();
+        let places: Vec<Vec2> = there.iter().map(place).collect();
         sheet.line(&places, Stroke::solid(color, 2.0 * unit));
         for ((map, rank), place) in there.iter().zip(places) {
             sheet.polygon(&marker(*index, place, unit), color, 1.0);
@@ -143,7 +161,8 @@ fn maps<'a>(data: &'a Data, spec: &FigureSpec) -> Vec<(String, Vec<&'a SceneOf>)
 /// The rank of each method by its mean over the scenes, at the first swept value.
 fn of_map(
     data: &Data,
-    (methods, scenes): (&[(usize, &str)], &[&SceneOf]),
+    methods: &[(usize, &str)],
+    scenes: &[&SceneOf],
     column: &Column,
 ) -> Option<Vec<f64>> {
     let mean = |label: &str| -> Option<Estimate> {

@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use glam::Vec2;
 
-use super::canvas::Rect;
 use super::escape;
 use super::font::{Align, Fonts, Ink};
-use crate::image::{Image, png_bytes};
+use crate::image::{Image, Rect, png_bytes};
 
 /// What a figure is drawn on, in units that are pixels of its pictures.
 pub struct Sheet {
@@ -46,8 +46,8 @@ impl Sheet {
         }
     }
 
-    /// Puts a picture with its top left pixel at `corner`.
-    pub fn put(&mut self, picture: &Image, (x, y): (usize, usize)) {
+    /// Puts a picture with its top left pixel at a corner.
+    pub fn put(&mut self, picture: &Image, x: usize, y: usize) {
         let (width, height) = (picture.width, picture.height);
         if let Ok(bytes) = png_bytes(picture) {
             let code = STANDARD.encode(bytes);
@@ -84,18 +84,18 @@ impl Sheet {
     }
 
     /// Draws a disc.
-    pub fn disc(&mut self, (x, y): (f32, f32), radius: f32, color: [f32; 3]) {
+    pub fn disc(&mut self, center: Vec2, radius: f32, color: [f32; 3]) {
         self.shape(format_args!(
             "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
-            short(x),
-            short(y),
+            short(center.x),
+            short(center.y),
             short(radius),
             coded(color)
         ));
     }
 
     /// Draws a line through points.
-    pub fn line(&mut self, points: &[(f32, f32)], stroke: Stroke) {
+    pub fn line(&mut self, points: &[Vec2], stroke: Stroke) {
         let dash = stroke.dash.map_or(String::new(), |(dash, space)| {
             format!(" stroke-dasharray=\"{} {}\"", short(dash), short(space))
         });
@@ -108,7 +108,7 @@ impl Sheet {
     }
 
     /// Fills an outline.
-    pub fn polygon(&mut self, points: &[(f32, f32)], color: [f32; 3], opacity: f32) {
+    pub fn polygon(&mut self, points: &[Vec2], color: [f32; 3], opacity: f32) {
         let opacity = match opacity < 1.0 {
             true => format!(" fill-opacity=\"{opacity}\""),
             false => String::new(),
@@ -121,44 +121,28 @@ impl Sheet {
     }
 
     /// A place that tells what it stands for under the pointer.
-    pub fn spot(&mut self, (x, y): (f32, f32), text: &str) {
+    pub fn spot(&mut self, at: Vec2, text: &str) {
         self.shape(format_args!(
             "<circle class=\"spot\" cx=\"{}\" cy=\"{}\" r=\"9\" fill=\"#fff\" fill-opacity=\"0\"><title>{}</title></circle>",
-            short(x),
-            short(y),
+            short(at.x),
+            short(at.y),
             escape::xml(text)
         ));
     }
 
-    /// Writes a line of text with its baseline at `position`. Its width is that of the embedded typeface, whatever
+    /// Writes a line of text with its baseline at a place. Its width is that of the embedded typeface, whatever
     /// typeface it is shown with.
-    pub fn text(&mut self, fonts: &Fonts, text: (&str, Ink), position: (f32, f32), align: Align) {
-        self.write(fonts, text, position, (align, ""));
+    pub fn text(&mut self, fonts: &Fonts, text: &str, ink: Ink, at: Vec2, align: Align) {
+        self.write(fonts, text, ink, at, align, "");
     }
 
-    /// Writes a line of text that runs upwards from `position`.
-    pub fn upright(
-        &mut self,
-        fonts: &Fonts,
-        text: (&str, Ink),
-        position: (f32, f32),
-        align: Align,
-    ) {
-        let turned = format!(
-            " transform=\"rotate(-90 {} {})\"",
-            short(position.0),
-            short(position.1)
-        );
-        self.write(fonts, text, position, (align, &turned));
+    /// Writes a line of text that runs upwards from a place.
+    pub fn upright(&mut self, fonts: &Fonts, text: &str, ink: Ink, at: Vec2, align: Align) {
+        let turned = format!(" transform=\"rotate(-90 {} {})\"", short(at.x), short(at.y));
+        self.write(fonts, text, ink, at, align, &turned);
     }
 
-    fn write(
-        &mut self,
-        fonts: &Fonts,
-        (text, ink): (&str, Ink),
-        (x, y): (f32, f32),
-        (align, turned): (Align, &str),
-    ) {
+    fn write(&mut self, fonts: &Fonts, text: &str, ink: Ink, at: Vec2, align: Align, turned: &str) {
         if text.is_empty() {
             return;
         }
@@ -178,8 +162,8 @@ impl Sheet {
         };
         self.shape(format_args!(
             "<text x=\"{}\" y=\"{}\" font-size=\"{}\" text-anchor=\"{anchor}\" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\" fill=\"{color}\"{rim}{turned}>{}</text>",
-            short(x),
-            short(y),
+            short(at.x),
+            short(at.y),
             short(ink.size),
             short(fonts.width(text, ink.size)),
             escape::xml(text)
@@ -214,8 +198,8 @@ fn short(value: f32) -> f64 {
     (f64::from(value) * 100.0).round() / 100.0
 }
 
-fn listed(points: &[(f32, f32)]) -> String {
-    let point = |(x, y): &(f32, f32)| format!("{},{}", short(*x), short(*y));
+fn listed(points: &[Vec2]) -> String {
+    let point = |at: &Vec2| format!("{},{}", short(at.x), short(at.y));
     points.iter().map(point).collect::<Vec<_>>().join(" ")
 }
 
@@ -242,13 +226,14 @@ mod tests {
     fn a_drawing_is_xml_with_real_text() {
         let (mut sheet, square, fonts) = with_square();
         sheet.frame(square, 40, [0.0; 3]);
-        sheet.put(&Image::new(8, 4), (100, 20));
+        sheet.put(&Image::new(8, 4), 100, 20);
         sheet.line(
-            &[(1.0, 2.0), (3.333, 4.0)],
+            &[Vec2::new(1.0, 2.0), Vec2::new(3.333, 4.0)],
             Stroke::solid([0.0, 0.0, 1.0], 2.0),
         );
         let bold = fonts.ink(1.0).bold();
-        sheet.text(&fonts, ("a < b\u{7}", bold), (60.0, 50.0), Align::Left);
+        let place = Vec2::new(60.0, 50.0);
+        sheet.text(&fonts, "a < b\u{7}", bold, place, Align::Left);
         let svg = sheet.svg(85.0);
         for text in [
             "width=\"85.0000mm\" height=\"25.5000mm\"",

@@ -5,7 +5,7 @@ use std::io;
 use serde::Serialize;
 
 use super::data::{Data, SceneOf};
-use super::frame_table::FrameTable;
+use super::frame_table::{FrameTable, Seen};
 use super::number;
 use super::pictures::Pictures;
 use super::pixels::Shelf;
@@ -41,11 +41,15 @@ impl Frames<'_> {
     pub fn write(
         &self,
         album: &mut Album,
-        (shelf, notes): (&mut Shelf, &mut Vec<String>),
+        shelf: &mut Shelf,
+        notes: &mut Vec<String>,
     ) -> io::Result<bool> {
         let rows = self.pictures.iter().map(|p| p.row);
-        let image = |row: &Row, frame: u32| self.file(row, (frame, 0), "png").is_some();
-        let kept = |frame: &u32| rows.clone().any(|row| image(row, *frame));
+        let kept = |&frame: &u32| {
+            let seen = Seen { frame, viewer: 0 };
+            rows.clone()
+                .any(|row| self.file(row, seen, "png").is_some())
+        };
         let kept: Vec<u32> = self.sequence.kept.iter().copied().filter(kept).collect();
         let (Some(first), Some(last)) = (kept.first(), kept.last()) else {
             return Ok(false);
@@ -64,8 +68,8 @@ impl Frames<'_> {
         }
         for viewer in 0..album.viewers.len() {
             let mut of_viewer = Vec::new();
-            for frame in &kept {
-                of_viewer.push(self.cells((*frame, viewer), (&tables, mapped), shelf)?);
+            for &frame in &kept {
+                of_viewer.push(self.cells(Seen { frame, viewer }, &tables, mapped, shelf)?);
             }
             album.cells.push(of_viewer);
         }
@@ -83,15 +87,16 @@ impl Frames<'_> {
     /// The reference and every method at a frame.
     fn cells(
         &self,
-        shot: (u32, usize),
-        (tables, mapped): (&[FrameTable], bool),
+        seen: Seen,
+        tables: &[FrameTable],
+        mapped: bool,
         shelf: &mut Shelf,
     ) -> io::Result<Vec<Cell>> {
         let mut cells = Vec::new();
         if self.with_reference {
-            let key = reference_key(tables, shot);
+            let key = reference_key(tables, seen);
             let reference = key.and_then(|key| self.data.references.mean(&key));
-            let name = self.name("_reference", shot);
+            let name = self.name("_reference", seen);
             let image = reference.map(|image| shelf.picture(&name, &image));
             cells.push(Cell {
                 image: image.transpose()?,
@@ -101,36 +106,36 @@ impl Frames<'_> {
         for (pictures, table) in self.pictures.iter().zip(tables) {
             let row = pictures.row;
             let mut cell = match mapped {
-                true => self.pixels(row, shot, shelf)?,
+                true => self.pixels(row, seen, shelf)?,
                 false => Cell::default(),
             };
             if cell.image.is_none() {
                 cell.picture = self
-                    .file(row, shot, "png")
+                    .file(row, seen, "png")
                     .map(|file| shelf.sources().of(&file));
             }
-            cell.values = values(table, shot);
+            cell.values = values(table, seen);
             cells.push(cell);
         }
         Ok(cells)
     }
 
     /// A picture of a frame that a job kept.
-    fn file(&self, row: &Row, (frame, viewer): (u32, usize), extension: &str) -> Option<String> {
-        let file = frame_file(row, (frame, viewer), extension);
+    fn file(&self, row: &Row, seen: Seen, extension: &str) -> Option<String> {
+        let file = frame_file(row, seen, extension);
         let there = self.data.store.folder.join(&file).is_file();
         there.then_some(file)
     }
 
     /// Picture and maps of a frame; nothing where the job left no readable file of them.
-    fn pixels(&self, row: &Row, shot: (u32, usize), shelf: &mut Shelf) -> io::Result<Cell> {
-        let path = self.data.store.folder.join(frame_file(row, shot, "exr"));
+    fn pixels(&self, row: &Row, seen: Seen, shelf: &mut Shelf) -> io::Result<Cell> {
+        let path = self.data.store.folder.join(frame_file(row, seen, "exr"));
         let mut cell = Cell::default();
         let Ok(file) = read_layers(&path) else {
             return Ok(cell);
         };
         for layer in file.layers {
-            let name = |what: &str| self.name(&format!("{}_{what}", row.label), shot);
+            let name = |what: &str| self.name(&format!("{}_{what}", row.label), seen);
             match (layer.name.as_str(), layer.samples) {
                 ("", Samples::Color(image)) => {
                     cell.image = Some(shelf.picture(&name("image"), &image)?);
@@ -154,7 +159,8 @@ impl Frames<'_> {
         Ok(cell)
     }
 
-    fn name(&self, what: &str, (frame, viewer): (u32, usize)) -> String {
+    fn name(&self, what: &str, seen: Seen) -> String {
+        let Seen { frame, viewer } = seen;
         format!("{}-{what}-{frame:06}-{viewer}", self.scene.name)
     }
 
@@ -180,19 +186,20 @@ impl Frames<'_> {
 }
 
 /// A picture of a frame and viewer that a job keeps, relative to the results folder.
-pub fn frame_file(row: &Row, (frame, viewer): (u32, usize), extension: &str) -> String {
+pub fn frame_file(row: &Row, seen: Seen, extension: &str) -> String {
+    let Seen { frame, viewer } = seen;
     format!("jobs/{}/frames/{frame:06}-{viewer}.{extension}", row.job)
 }
 
 /// The key of a frame's reference, which methods share.
-pub fn reference_key(tables: &[FrameTable], (frame, viewer): (u32, usize)) -> Option<String> {
-    let mut lines = tables.iter().filter_map(|table| table.find(frame, viewer));
+pub fn reference_key(tables: &[FrameTable], seen: Seen) -> Option<String> {
+    let mut lines = tables.iter().filter_map(|table| table.find(seen));
     lines.find_map(|line| line.reference.clone())
 }
 
 /// `RMSE 0.0840 · FLIP 0.0245`; empty without a line of the frame.
-pub fn values(table: &FrameTable, (frame, viewer): (u32, usize)) -> String {
-    let Some(line) = table.find(frame, viewer) else {
+pub fn values(table: &FrameTable, seen: Seen) -> String {
+    let Some(line) = table.find(seen) else {
         return String::new();
     };
     match ["rmse", "flip_ldr"].map(|column| table.number(line, column)) {

@@ -62,7 +62,7 @@ pub fn write_suite(
     let file = folder.join("report.html");
     crate::files::write(
         &file,
-        super::xml_text(&html::fill(("suite.html", TEMPLATE), page)?).as_bytes(),
+        super::xml_text(&html::fill("suite.html", TEMPLATE, page)?).as_bytes(),
     )?;
     Ok(file)
 }

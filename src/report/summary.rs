@@ -6,7 +6,7 @@ use super::table::Table;
 use super::table_text;
 
 /// Tables, claims, and what is missing or fell short.
-pub fn text(data: &Data, (tables, claims): (&[Table], &[Claim]), notes: &[String]) -> String {
+pub fn text(data: &Data, tables: &[Table], claims: &[Claim], notes: &[String]) -> String {
     let mut out = String::new();
     for table in tables {
         out.push_str(&format!("\n{}", table_text::plain(table)));

@@ -17,14 +17,25 @@ const ACROSS: usize = 2;
 /// Numbers that are roots of means: of several viewers they are averaged as such, as rows do.
 const ROOTS: [&str; 4] = ["rmse", "rmse_cold", "error_change", "reference_floor"];
 
-/// A method at a swept value: its position in the config, and its frames by seed.
-type Played = (usize, Vec<(u64, FrameTable)>);
+/// A method at a swept value.
+struct Played {
+    /// Its position in the config.
+    method: usize,
+    runs: Vec<Run>,
+}
+
+/// The frames of one seed.
+struct Run {
+    seed: u64,
+    frames: FrameTable,
+}
 
 /// What is drawn of a scene, and its caption; says why when there is nothing to draw. Jobs without a readable `frames.csv` and columns
 /// without values become notes.
 pub fn of_scene(
     data: &Data,
-    (spec, scene): (&FigureSpec, &SceneOf),
+    spec: &FigureSpec,
+    scene: &SceneOf,
     notes: &mut Vec<String>,
 ) -> Result<(Timeline, String), String> {
     let columns = columns(spec);
@@ -42,7 +53,7 @@ pub fn of_scene(
         };
         viewers = sequence.viewer_names();
         for (column, panels) in columns.iter().zip(&mut panels) {
-            panels.push(panel(&played, (sequence, point), (spec, column)));
+            panels.push(panel(&played, sequence, point, spec, column));
         }
     }
     for (column, panels) in columns.iter().zip(&panels) {
@@ -92,7 +103,7 @@ fn played(
     point: &Swept,
     notes: &mut Vec<String>,
 ) -> Vec<Played> {
-    let mut of_method = |(index, label): (usize, String)| {
+    let mut of_method = |(method, label): (usize, String)| {
         let label = &label;
         let asked = Asked {
             scene,
@@ -101,11 +112,17 @@ fn played(
         };
         let case = data.case(asked);
         let rows = data.cases.rows_of(&case);
-        let tables = rows.filter_map(|row| {
+        let runs = rows.filter_map(|row| {
             let table = FrameTable::of(data, row).map_err(|reason| notes.push(reason));
-            Some((row.seed, table.ok()?))
+            Some(Run {
+                seed: row.seed,
+                frames: table.ok()?,
+            })
         });
-        (index, tables.collect())
+        Played {
+            method,
+            runs: runs.collect(),
+        }
     };
     methods(data, spec)
         .into_iter()
@@ -115,8 +132,10 @@ fn played(
 
 fn panel(
     played: &[Played],
-    (sequence, point): (&Sequence, &Swept),
-    (spec, column): (&FigureSpec, &str),
+    sequence: &Sequence,
+    point: &Swept,
+    spec: &FigureSpec,
+    column: &str,
 ) -> Panel {
     let in_time = spec.x.as_deref() == Some("time");
     let x = |frame: u32| match in_time {
@@ -128,9 +147,9 @@ fn panel(
         false => vec![None],
     };
     let mut lines = Vec::new();
-    for (method, tables) in played {
+    for Played { method, runs } in played {
         for viewer in &viewers {
-            let values = values(tables, column, *viewer);
+            let values = values(runs, column, *viewer);
             let point = |(place, frame): (usize, &u32)| {
                 let estimate = values.get(frame)?;
                 Some(Point {
@@ -182,16 +201,12 @@ fn scale(lines: &[Line]) -> Axis {
 }
 
 /// Of each frame the mean over viewers and seeds, with its interval over seeds.
-fn values(
-    tables: &[(u64, FrameTable)],
-    column: &str,
-    viewer: Option<usize>,
-) -> BTreeMap<u32, Estimate> {
+fn values(runs: &[Run], column: &str, viewer: Option<usize>) -> BTreeMap<u32, Estimate> {
     let mut of_frames: BTreeMap<u32, BTreeMap<u64, Vec<f64>>> = BTreeMap::new();
-    for (seed, table) in tables {
+    for Run { seed, frames } in runs {
         let seen = |v: u16| viewer.is_none_or(|viewer| viewer == usize::from(v));
-        for line in table.lines.iter().filter(|line| seen(line.viewer)) {
-            if let Some(value) = table.number(line, column) {
+        for line in frames.lines.iter().filter(|line| seen(line.viewer)) {
+            if let Some(value) = frames.number(line, column) {
                 let of_frame = of_frames.entry(line.frame).or_default();
                 of_frame.entry(*seed).or_default().push(value);
             }

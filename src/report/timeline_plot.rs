@@ -1,5 +1,7 @@
 //! How a timeline is drawn.
 
+use glam::Vec2;
+
 use super::axis::Axis;
 use super::chart::{Around, Chart, left_room};
 use super::font::Fonts;
@@ -144,9 +146,10 @@ impl Timeline {
         let unit = unit(fonts);
         if let Some(end) = panel.warm_up_end {
             let area = chart.area;
-            let end = chart.at(end, y_axis.low()).0;
+            let end = chart.at(end, y_axis.low()).x;
             let (left, top, bottom) = (area.left, area.top, area.bottom);
             let corners = [(left, top), (end, top), (end, bottom), (left, bottom)];
+            let corners = corners.map(|(x, y)| Vec2::new(x, y));
             sheet.polygon(&corners, [0.0; 3], SHADE);
         }
         for line in &panel.lines {
@@ -157,7 +160,7 @@ impl Timeline {
                 };
                 let upper = run.iter().map(|p| end(p, p.half));
                 let lower = run.iter().rev().map(|p| end(p, -p.half));
-                let outline: Vec<(f32, f32)> = upper.chain(lower).collect();
+                let outline: Vec<Vec2> = upper.chain(lower).collect();
                 sheet.polygon(&outline, color, 0.16);
             }
             let stroke = Stroke {
@@ -165,7 +168,7 @@ impl Timeline {
                 ..Stroke::solid(color, 2.0 * unit)
             };
             for run in line.runs().filter(|run| run.len() > 1) {
-                let places: Vec<(f32, f32)> = run.iter().map(|p| chart.at(p.x, p.y)).collect();
+                let places: Vec<Vec2> = run.iter().map(|p| chart.at(p.x, p.y)).collect();
                 sheet.line(&places, stroke);
             }
             for point in line.marked() {

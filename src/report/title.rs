@@ -1,5 +1,7 @@
 //! The title of a figure of pictures, in as many lines as it needs.
 
+use glam::Vec2;
+
 use super::font::{Align, Fonts};
 use super::sheet::Sheet;
 
@@ -27,11 +29,17 @@ impl Title {
     }
 
     /// Writes the lines below and right of a corner.
-    pub fn draw(&self, sheet: &mut Sheet, fonts: &Fonts, (left, top): (usize, usize)) {
+    pub fn draw(&self, sheet: &mut Sheet, fonts: &Fonts, left: usize, top: usize) {
         for (index, line) in self.lines.iter().enumerate() {
             let (text, ink) = fonts.fitted(line, fonts.ink(SIZE).bold(), self.room);
             let baseline = (top + index * fonts.room(LINE)) as f32 + 0.8 * ink.size;
-            sheet.text(fonts, (&text, ink), (left as f32, baseline), Align::Left);
+            sheet.text(
+                fonts,
+                &text,
+                ink,
+                Vec2::new(left as f32, baseline),
+                Align::Left,
+            );
         }
     }
 }

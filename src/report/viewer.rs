@@ -70,8 +70,10 @@ pub struct Cell {
 /// Keeps the images of a scene's viewer; `None` when there are none.
 pub fn write(
     data: &Data,
-    (scene, pictures): (&SceneOf, &[Option<Pictures>]),
-    (shelf, notes): (&mut Shelf, &mut Vec<String>),
+    scene: &SceneOf,
+    pictures: &[Option<Pictures>],
+    shelf: &mut Shelf,
+    notes: &mut Vec<String>,
 ) -> io::Result<Option<Viewer>> {
     let there: Vec<&Pictures> = pictures.iter().flatten().collect();
     let Some(first) = there.first() else {
@@ -107,7 +109,7 @@ pub fn write(
             with_reference,
         };
         previews = frames.previews();
-        kept = frames.write(&mut album, (shelf, notes))?;
+        kept = frames.write(&mut album, shelf, notes)?;
     }
     if !kept {
         let cells = stills(scene, &there, with_reference, shelf)?;

@@ -36,8 +36,8 @@ impl HemisphereEdges {
         for y in 0..side {
             for x in 0..side {
                 edges.push(if x + 1 < side {
-                    let ends = (corner(x + 1, y), corner(x + 1, y + 1));
-                    weight(ends, centre(x + 1, y) - centre(x, y))
+                    let towards = centre(x + 1, y) - centre(x, y);
+                    weight(corner(x + 1, y), corner(x + 1, y + 1), towards)
                 } else {
                     Vec3::ZERO
                 });
@@ -45,8 +45,8 @@ impl HemisphereEdges {
         }
         for y in 1..side {
             for x in 0..side {
-                let ends = (corner(x, y), corner(x + 1, y));
-                edges.push(weight(ends, centre(x, y) - centre(x, y - 1)));
+                let towards = centre(x, y) - centre(x, y - 1);
+                edges.push(weight(corner(x, y), corner(x + 1, y), towards));
             }
         }
         Self {
@@ -62,20 +62,17 @@ impl HemisphereEdges {
         if side < 2 {
             return Vec3::ZERO;
         }
+        let part = |range: std::ops::Range<usize>| Cells {
+            values: &values[range.clone()],
+            nearness: &nearness[range],
+        };
         let in_rows = cells - 1;
         let mut sums = [[0.0f32; LANES]; 3];
         let rows = self.slice(0..in_rows);
-        accumulate(&mut sums, rows, (&values[..in_rows], &values[1..]), {
-            (&nearness[..in_rows], &nearness[1..])
-        });
+        accumulate(&mut sums, rows, part(0..in_rows), part(1..cells));
         let in_columns = cells - side;
         let columns = self.slice(cells..cells + in_columns);
-        accumulate(
-            &mut sums,
-            columns,
-            (&values[..in_columns], &values[side..]),
-            (&nearness[..in_columns], &nearness[side..]),
-        );
+        accumulate(&mut sums, columns, part(0..in_columns), part(side..cells));
         Vec3::from(sums.map(|lanes| -lanes.iter().sum::<f32>()))
     }
 
@@ -155,8 +152,8 @@ fn run(bits: &[u64], first: usize) -> u64 {
     }
 }
 
-/// The weight of the edge with these ends; `towards` tells the side of cell k.
-fn weight((a, b): (Vec3, Vec3), towards: Vec3) -> Vec3 {
+/// The weight of the edge from `a` to `b`; `towards` tells the side of cell k.
+fn weight(a: Vec3, b: Vec3, towards: Vec3) -> Vec3 {
     let along = b - a;
     let middle = (a + b).normalize_or_zero();
     let across = along.cross(middle).normalize_or_zero();
@@ -164,13 +161,17 @@ fn weight((a, b): (Vec3, Vec3), towards: Vec3) -> Vec3 {
     across * (along.length() * middle.z.max(0.0))
 }
 
+/// Values and nearness of cells that follow one another.
+#[derive(Clone, Copy)]
+struct Cells<'a> {
+    values: &'a [f32],
+    nearness: &'a [f32],
+}
+
 /// Adds `(v_j − v_k) · max(n_j, n_k) · weight` of each edge to running sums, eight lanes wide.
-fn accumulate(
-    sums: &mut [[f32; LANES]; 3],
-    weights: [&[f32]; 3],
-    (of_j, of_k): (&[f32], &[f32]),
-    (near_j, near_k): (&[f32], &[f32]),
-) {
+fn accumulate(sums: &mut [[f32; LANES]; 3], weights: [&[f32]; 3], j: Cells, k: Cells) {
+    let (of_j, of_k) = (j.values, k.values);
+    let (near_j, near_k) = (j.nearness, k.nearness);
     let count = of_j.len();
     let step = |i: usize| {
         let near = if near_j[i] > near_k[i] {

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::Vec2;
 
-use super::texture_file::{Decoded, decode_gltf_image, load_texels};
+use super::texture_file::{Decoded, Texels, decode_gltf_image, load_texels};
 use super::{Alpha, SceneError, TextureDescription, TextureSource};
 use crate::image::srgb_decode;
 
@@ -45,22 +45,6 @@ pub struct Texture {
     notes: Vec<String>,
     /// Texels of its file that are not opaque, where their alpha is left out.
     translucent: usize,
-}
-
-/// Texels as compactly as the file allows.
-#[derive(Clone, Debug)]
-pub(super) enum Texels {
-    /// 8-bit sRGB, decoded through a table.
-    Srgb8(Vec<[u8; 3]>),
-    /// 8-bit linear.
-    Linear8(Vec<[u8; 3]>),
-    Float(Vec<[f32; 3]>),
-}
-
-impl Default for Texels {
-    fn default() -> Self {
-        Self::Float(Vec::new())
-    }
 }
 
 impl Default for Texture {

@@ -4,10 +4,9 @@ use std::io::Cursor;
 use std::path::Path;
 
 use super::text::file_error;
-use super::texture::Texels;
 use super::{GltfFile, SceneError, TextureDescription, TextureSource};
 use crate::image::{
-    Image, decoded, file_of, holds, is_cut_jpeg, is_worth, pixels_a_byte, promised_size,
+    Image, Size, decoded, file_of, holds, is_cut_jpeg, is_worth, pixels_a_byte, promised_size,
     srgb_decode, translucent_pixels, unheeded,
 };
 use crate::other_kind::{other_kind, with_other_kind};
@@ -22,6 +21,22 @@ pub(super) struct Decoded {
     pub notes: Vec<String>,
     /// Texels that are not opaque, where their alpha is left out.
     pub translucent: usize,
+}
+
+/// Texels as compactly as the file allows.
+#[derive(Clone, Debug)]
+pub(super) enum Texels {
+    /// 8-bit sRGB, decoded through a table.
+    Srgb8(Vec<[u8; 3]>),
+    /// 8-bit linear.
+    Linear8(Vec<[u8; 3]>),
+    Float(Vec<[f32; 3]>),
+}
+
+impl Default for Texels {
+    fn default() -> Self {
+        Self::Float(Vec::new())
+    }
 }
 
 /// Decodes the bytes of an 8- or 16-bit image as textures are; messages name `path`.
@@ -64,7 +79,7 @@ fn decode_texels(
     }
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), format);
     let size = reader().into_dimensions().map_err(|e| fail(&e))?;
-    let size = (size.0 as usize, size.1 as usize);
+    let size = Size::new(size.0 as usize, size.1 as usize);
     // Three bytes as they are decoded, and four of texels.
     let memory_a_pixel = 7;
     holds(size, bytes.len(), pixels_a_byte(format))

@@ -1,28 +1,20 @@
 //! What a ray meets: position, orientation, scattering and emission at a hit.
 
 mod blend;
+mod materials;
 mod normals;
-
-use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
 use self::blend::Met;
+pub use self::materials::Surfaces;
+use self::materials::{Place, grey};
 use super::bsdf::{
-    BsdfSample, Coating, Conductor, Dielectric, Diffuse, Incident, LANES, Lanes, Lobes, LocalBsdf,
-    Microfacets, Model, Plastic, VectorLanes, to_local,
+    BsdfSample, Incident, LANES, Lanes, Lobes, LocalBsdf, Model, VectorLanes, to_local,
 };
-use crate::image::luminance;
 use crate::sample::Frame;
-use crate::scene::{Bsdf, ColourSource, Material, Scene};
+use crate::scene::Scene;
 use crate::trace::Hit;
-
-/// Materials with what is integrated once: the coatings of the plastics.
-pub struct Surfaces<'a> {
-    scene: &'a Scene,
-    /// Of each material that has one.
-    coatings: Vec<Option<Arc<Coating>>>,
-}
 
 /// A surface point seen from a direction.
 #[derive(Clone, Copy, Debug)]
@@ -50,37 +42,7 @@ pub struct Interaction<'a> {
     local_view: Vec3,
 }
 
-/// Where on a triangle colours are looked up.
-struct Place {
-    uv: Vec2,
-    /// Vertices of the triangle.
-    corners: [usize; 3],
-    /// Barycentric, of the corners.
-    weights: [f32; 3],
-}
-
-impl<'a> Surfaces<'a> {
-    /// Integrates the coatings of the scene's plastics.
-    pub fn new(scene: &'a Scene) -> Self {
-        let coating_of = |material: &Material| match material.bsdf {
-            Bsdf::Plastic {
-                ior,
-                alpha,
-                distribution,
-                lossless,
-                ..
-            } => Some(match lossless {
-                true => Coating::lossless_of(distribution, alpha, ior),
-                false => Coating::of(distribution, alpha, ior),
-            }),
-            _ => None,
-        };
-        Self {
-            scene,
-            coatings: scene.materials.iter().map(coating_of).collect(),
-        }
-    }
-
+impl Surfaces<'_> {
     /// The surface at `hit`, seen along `direction` (the unit direction of the ray).
     pub fn interact(&self, hit: &Hit, direction: Vec3) -> Interaction<'_> {
         let scene = self.scene;
@@ -145,88 +107,6 @@ impl<'a> Surfaces<'a> {
             },
             view,
             local_view: frame.to_local(view),
-        }
-    }
-
-    /// A number in [0, 1]: the luminance of a colour.
-    fn share(&self, source: ColourSource, place: &Place) -> f32 {
-        luminance(self.colour(source, place).into()).clamp(0.0, 1.0)
-    }
-
-    fn colour(&self, source: ColourSource, place: &Place) -> Vec3 {
-        match source {
-            ColourSource::Constant(rgb) => rgb.into(),
-            ColourSource::Texture(index) => self
-                .scene
-                .textures
-                .get(index)
-                .map_or(Vec3::splat(0.5), |t| t.lookup(place.uv).into()),
-            ColourSource::Vertices => {
-                let corner = |k: usize| {
-                    let colour = self.scene.colours.get(place.corners[k]);
-                    place.weights[k] * colour.map_or(Vec3::splat(0.5), |c| Vec3::from(*c))
-                };
-                (0..3).map(corner).sum()
-            }
-        }
-    }
-
-    fn resolve(&self, material: &Material, index: usize, place: &Place) -> LocalBsdf<'_> {
-        let model = match &material.bsdf {
-            Bsdf::Diffuse { reflectance } => Model::Diffuse(Diffuse {
-                reflectance: self.colour(*reflectance, place),
-            }),
-            Bsdf::Plastic {
-                diffuse,
-                specular,
-                nonlinear,
-                ..
-            } => Model::Plastic(Plastic {
-                coating: self.coatings[index]
-                    .as_deref()
-                    .expect("plastics have a coating"),
-                diffuse: self.colour(*diffuse, place),
-                specular: (*specular).into(),
-                nonlinear: *nonlinear,
-            }),
-            Bsdf::Conductor {
-                eta,
-                k,
-                specular,
-                alpha,
-                distribution,
-            } => {
-                let metal = Conductor {
-                    eta: (*eta).into(),
-                    k: (*k).into(),
-                    specular: self.colour(*specular, place),
-                };
-                if *alpha > 0.0 {
-                    Model::RoughConductor(metal, Microfacets::new(*distribution, *alpha))
-                } else {
-                    Model::Mirror(metal)
-                }
-            }
-            Bsdf::Dielectric {
-                ior,
-                thin,
-                reflectance,
-                transmittance,
-                roughness,
-            } => Model::Dielectric(Dielectric {
-                ior: *ior,
-                thin: *thin,
-                reflectance: (*reflectance).into(),
-                transmittance: (*transmittance).into(),
-                facets: roughness.map(|r| Microfacets::new(r.distribution, r.alpha)),
-            }),
-        };
-        let opacity = material.opacity;
-        let opacity = opacity.map_or(1.0, |source| self.share(source, place));
-        LocalBsdf {
-            model,
-            two_sided: material.two_sided,
-            opacity,
         }
     }
 }
@@ -486,16 +366,5 @@ fn corner_uvs(scene: &Scene, corners: [usize; 3]) -> [Vec2; 3] {
     match scene.uvs.is_empty() || corners.iter().any(|&i| scene.uvs[i].is_nan()) {
         true => BARYCENTRIC,
         false => corners.map(|i| scene.uvs[i]),
-    }
-}
-
-/// What a shape without a material is made of.
-fn grey<'a>() -> LocalBsdf<'a> {
-    LocalBsdf {
-        model: Model::Diffuse(Diffuse {
-            reflectance: Vec3::splat(0.5),
-        }),
-        two_sided: true,
-        opacity: 1.0,
     }
 }

@@ -20,7 +20,6 @@ mod light_cones;
 mod passes;
 mod path_samples;
 mod paths;
-mod per_sample;
 pub mod radiance;
 mod restir;
 mod running_mean;

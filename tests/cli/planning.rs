@@ -1,8 +1,9 @@
 //! What is found wrong before the first ray, and what a plan is known by.
 
 use std::fs;
+use std::path::PathBuf;
 
-use super::{Place, TINY};
+use super::{Place, TINY, repository};
 
 /// A floor from a file under a map from a file; neither is there unless a test writes it.
 pub const ROOM: &str = r#"
@@ -231,4 +232,111 @@ fn an_override_that_is_given_twice_is_refused() {
         assert_eq!(plan.code, 2, "{}", plan.err);
         assert!(plan.err.contains("is given twice"), "{}", plan.err);
     }
+}
+
+#[test]
+fn every_shipped_config_plans() {
+    let place = Place::new();
+    let mut folders = vec![PathBuf::from(repository("configs"))];
+    let mut configs = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("configs") {
+            let path = entry.expect("entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "toml") {
+                configs.push(path.display().to_string());
+            }
+        }
+    }
+    assert!(configs.len() >= 50);
+    for config in configs {
+        let output = place.lightbench(&["plan", &config]);
+        assert_eq!(output.code, 0, "{config}: {}", output.err);
+        assert!(output.out.contains("jobs"), "{}", output.out);
+    }
+}
+
+#[test]
+fn plans_tell_memory_where_methods_can() {
+    let place = Place::new();
+    let config = repository("configs/papers/hash-cache/memory.toml");
+    let plan = |scene: &str, more: &[&str]| {
+        let asked = [
+            "plan",
+            &config,
+            "method.hash-cache.levels=8",
+            "--memory",
+            "--scene",
+            scene,
+        ];
+        place.lightbench(&[&asked, more].concat())
+    };
+    let output = plan("long-street", &[]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    assert!(output.out.contains("MiB in the cache"), "{}", output.out);
+    let json: serde_json::Value =
+        serde_json::from_str(&plan("long-street", &["--json"]).out).expect("JSON");
+    let memory = json["estimates"]["memory"].as_array().expect("a list");
+    assert_eq!(memory.len(), 2, "two kinds of maps");
+    let bytes = |i: usize| memory[i]["bytes_cache"].as_f64().expect("a number");
+    assert!(bytes(0) > bytes(1) && bytes(1) > 1e6, "{memory:?}");
+}
+
+#[test]
+fn references_are_shared_by_settings_of_contenders_alone() {
+    let place = Place::new();
+    let config = repository("configs/papers/cache-placement/importance-fig3.toml");
+    let first = |setting: &str| {
+        let output = place.lightbench(&["plan", "--json", &config, setting]);
+        let plan: serde_json::Value = serde_json::from_str(&output.out).expect("json");
+        let bytes = plan["estimates"]["record_bytes_peak"].as_u64();
+        // 25,000 records of 8192 lights: three half floats a light, and their sums.
+        assert_eq!(bytes, Some(25_000 * (8192 * 6 + 128 * 24 + 4)));
+        let job = |key: &str| plan["jobs"][0][key].as_str().map(str::to_owned);
+        [job("id"), job("reference")]
+    };
+    let plain = first("parameters.seed=1");
+    let ablation = first("parameters.heuristic=alpha-max");
+    let other_lights = first("parameters.seed=2");
+    assert_ne!(plain[1], other_lights[1]);
+    assert_eq!(first("parameters.seed=1"), plain);
+    assert_ne!(plain[0], ablation[0]);
+    let swept = place.lightbench(&[
+        "plan",
+        "--json",
+        &config,
+        "parameters.heuristic=balance,alpha-max",
+    ]);
+    let plan: serde_json::Value = serde_json::from_str(&swept.out).expect("json");
+    let jobs = plan["jobs"].as_array().expect("jobs");
+    // Two methods, three seeds and two heuristics.
+    assert_eq!(jobs.len(), 12);
+    assert!(
+        jobs.iter()
+            .all(|job| job["reference"] == jobs[0]["reference"])
+    );
+    let ids: std::collections::BTreeSet<_> = jobs.iter().map(|j| j["id"].as_str()).collect();
+    assert_eq!(ids.len(), 12);
+}
+
+#[test]
+fn paths_in_a_config_are_relative_to_it() {
+    let place = Place::new();
+    let scene = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n[[shape]]\nkind = \"cube\"\n";
+    std::fs::create_dir_all(place.path().join("there/scenes")).expect("folders");
+    std::fs::create_dir_all(place.path().join("there/configs")).expect("folders");
+    place.write("there/scenes/box.toml", scene);
+    let config = TINY.replace("\"hard-cases\"", "\"../scenes/box.toml\"");
+    let config = config.replace("view = \"poles\"", "");
+    place.write("there/configs/c.toml", &config);
+    let output = place.lightbench(&["plan", "there/configs/c.toml"]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    assert!(output.out.contains("box"), "{}", output.out);
+    // Without a separator too, from any folder.
+    place.write("there/configs/box.toml", scene);
+    let config = config.replace("../scenes/box.toml", "box.toml");
+    place.write("there/configs/beside.toml", &config);
+    let output = place.lightbench(&["plan", "there/configs/beside.toml"]);
+    assert_eq!(output.code, 0, "{}", output.err);
 }

@@ -230,7 +230,7 @@ impl SequenceSpec {
                 return Err(("viewers", why.into()));
             }
             Some(ViewersSpec::Rule(rule)) => match overlap {
-                Some(overlap) => turned(scene, path, (rule.count, overlap), size)?,
+                Some(overlap) => turned(scene, path, rule.count, overlap, size)?,
                 None => first(scene, rule)?,
             },
         };
@@ -338,7 +338,8 @@ fn first(scene: &SceneDescription, rule: &ViewerRule) -> Result<Vec<Viewer>, Fau
 fn turned(
     scene: &SceneDescription,
     path: Option<&str>,
-    (count, overlap): (usize, f64),
+    count: usize,
+    overlap: f64,
     size: &dyn Fn(&View) -> [usize; 2],
 ) -> Result<Vec<Viewer>, Fault> {
     let Some(name) = path else {

@@ -2,7 +2,7 @@
 
 use super::color::{ColorDifference, opponent};
 use super::kernel::Kernels;
-use crate::image::Plane;
+use crate::image::{Plane, Size};
 use crate::metric::convolve::{replicate_ends, strips, weighted_sum};
 use rayon::prelude::*;
 
@@ -18,8 +18,8 @@ pub(super) struct Opponent {
 
 impl Opponent {
     /// Converts linear RGB in `[0, 1]`, `color(i)` being pixel `i`.
-    pub(super) fn new(size: (usize, usize), color: impl Fn(usize) -> [f32; 3] + Sync) -> Self {
-        let (width, height) = size;
+    pub(super) fn new(size: Size, color: impl Fn(usize) -> [f32; 3] + Sync) -> Self {
+        let Size { width, height } = size;
         let [mut ys, mut cxs, mut czs] = std::array::from_fn(|_| vec![0.0; width * height]);
         let rows = ys.par_chunks_mut(width).zip(cxs.par_chunks_mut(width));
         let rows = rows.zip(czs.par_chunks_mut(width)).enumerate();

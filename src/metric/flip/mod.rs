@@ -73,7 +73,7 @@ impl Flip {
         test: &Image,
         shown: impl Fn([f32; 3]) -> [f32; 3] + Sync,
     ) -> Plane {
-        let size = (reference.width, reference.height);
+        let size = reference.size();
         let convert = |image: &Image| Opponent::new(size, |i| shown(image.pixels[i]));
         flip_map(&convert(reference), &convert(test), &self.kernels)
     }

@@ -115,7 +115,7 @@ impl Importer<'_> {
                     continue;
                 }
                 let place = format!("{place}, channel {c}");
-                self.channel((animation, channel), &place, (buffers, &mut nodes))?;
+                self.channel(animation, channel, &place, buffers, &mut nodes)?;
             }
         }
         Ok(nodes)
@@ -123,9 +123,11 @@ impl Importer<'_> {
 
     fn channel(
         &self,
-        (animation, channel): (&Animation, &Channel),
+        animation: &Animation,
+        channel: &Channel,
         place: &str,
-        (buffers, nodes): (&Buffers, &mut HashMap<usize, Animated>),
+        buffers: &Buffers,
+        nodes: &mut HashMap<usize, Animated>,
     ) -> Result<(), SceneError> {
         let file = self.file;
         let index = channel.target.node.value();

@@ -118,7 +118,8 @@ impl<'a> Importer<'a> {
         }
         self.stand_in_light();
         self.motions(&nodes, &animated);
-        self.scene.notes = self.notes.into_iter().map(counted).collect();
+        let notes = self.notes.into_iter();
+        self.scene.notes = notes.map(|(text, count)| counted(text, count)).collect();
         Ok(self.scene)
     }
 
@@ -242,7 +243,7 @@ struct Carried {
     views: Vec<usize>,
 }
 
-fn counted((text, count): (String, usize)) -> String {
+fn counted(text: String, count: usize) -> String {
     match count {
         1 => text,
         _ => format!("{text} ({count} times)"),

@@ -98,7 +98,7 @@ impl Loader {
         if let Some(target) = keys.vector("target")? {
             let mirrored = view.forward.cross(view.up).dot(view.right) < 0.0;
             let points = [view.origin, target, view.up];
-            let turned = look_at(keys, (name, points), view.fov_deg)?;
+            let turned = look_at(keys, name, points, view.fov_deg)?;
             view.right = if mirrored {
                 -turned.right
             } else {
@@ -115,7 +115,7 @@ fn from_points(keys: &Keys, fov_deg: Option<f64>, shared: &Shared) -> Result<Vie
     let target = keys.required("target", keys.vector("target")?)?;
     let up = keys.vector("up")?.unwrap_or(DVec3::Y);
     let fov_deg = keys.required("fov_deg", fov_deg.or(shared.fov_deg))?;
-    let mut view = look_at(keys, ("", [origin, target, up]), fov_deg)?;
+    let mut view = look_at(keys, "", [origin, target, up], fov_deg)?;
     view.fov_axis = shared.fov_axis.unwrap_or(FovAxis::X);
     Ok(view)
 }

@@ -28,7 +28,7 @@ impl Loader {
             fov_axis,
             width,
             height,
-            ..look_at(keys, (&name, [origin, target, up]), fov_deg)?
+            ..look_at(keys, &name, [origin, target, up], fov_deg)?
         })
     }
 }
@@ -47,7 +47,8 @@ pub(super) fn fov_axes() -> [(&'static str, FovAxis); 5] {
 /// A named camera from origin, target and up, which must tell a direction and a horizon.
 pub(super) fn look_at(
     keys: &Keys,
-    (name, [origin, target, up]): (&str, [DVec3; 3]),
+    name: &str,
+    [origin, target, up]: [DVec3; 3],
     fov_deg: f64,
 ) -> Result<View, SceneError> {
     let sine = (target - origin).normalize_or_zero().cross(up).length();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Place, Surfaces};
+use super::materials::{Place, Surfaces};
 use crate::sample::Rng;
 use crate::trace::Hit;
 

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use toml::Table;
 
 use super::distribution::distributions;
-use super::per_sample::PER_SAMPLE;
 use super::{
     Clock, Contender, ContenderEntry, Distribution, Listed, PlacedRecord, Rendered, Search, Seen,
     Shot, Site, Stages, Started, Terms, shading_points,
@@ -23,6 +22,7 @@ use crate::trace::RayCounter;
 mod function;
 mod growing;
 mod lookup;
+mod per_sample;
 mod replay;
 mod shader;
 
@@ -30,6 +30,7 @@ pub use function::{CachedFunction, CachedTechnique};
 pub use lookup::Lookup;
 
 use growing::Growing;
+use per_sample::PER_SAMPLE;
 use shader::Shader;
 
 /// What every cached technique compares beside distributions.

@@ -123,7 +123,10 @@ impl ShadingFunction for Lit<'_> {
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
             let sight = Sight::of(shot, caster, pixel, &mut rng);
             match sight.surface {
-                Some(seen) => sight.seen + self.scattered(caster, &surface(shot, seen), &mut rng),
+                Some((hit, direction)) => {
+                    let at = surface(shot, hit, direction);
+                    sight.seen + self.scattered(caster, &at, &mut rng)
+                }
                 None => sight.seen,
             }
         })

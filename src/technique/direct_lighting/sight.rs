@@ -67,7 +67,7 @@ fn emitted_along(shot: &Shot, caster: &Caster, ray: &Ray) -> Vec3 {
 }
 
 /// The surface of a sight: opaque, because whether its mask is passed is decided.
-pub(super) fn surface<'s>(shot: &'s Shot, (hit, direction): (Hit, Vec3)) -> Interaction<'s> {
+pub(super) fn surface<'s>(shot: &'s Shot, hit: Hit, direction: Vec3) -> Interaction<'s> {
     let mut at = shot.paths.surfaces().interact(&hit, direction);
     at.bsdf.opacity = 1.0;
     at

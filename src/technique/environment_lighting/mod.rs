@@ -6,6 +6,7 @@
 
 mod exposure;
 mod illumination;
+mod interleaving;
 mod multiple;
 mod product;
 mod reduced;

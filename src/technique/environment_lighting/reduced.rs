@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::super::{Rendered, Seen};
 use super::illumination::{Illumination, Parallel};
-use super::rendering::set_of;
+use super::interleaving::set_of;
 use super::upsampling::{Feature, Grid, upsample};
 use crate::image::Image;
 use crate::trace::RayCounter;

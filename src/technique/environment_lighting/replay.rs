@@ -2,8 +2,8 @@
 
 use super::Sampled;
 use super::illumination::Illumination;
+use super::interleaving::set_of;
 use super::reduced::indirect_cost;
-use super::rendering::set_of;
 use crate::environment::EnvironmentSampler;
 use crate::trace::RayCounter;
 

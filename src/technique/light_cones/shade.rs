@@ -1,15 +1,18 @@
 //! Making an image of texels: directions of their cones are put into the material at each camera sample.
 
+use std::f32::consts::TAU;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
 use super::shown::{Shown, ShownCone, ShownTexels};
 use super::sight::{Look, Sight, camera_ray};
-use super::texels::Surfaces;
-use crate::cache::cones::Storage;
+use super::texels::{Surfaces, frame_of};
+use crate::cache::cones::{Cone, Storage};
+use crate::cache::surface::Texel;
 use crate::image::Image;
-use crate::sample::{Frame, Rng};
+use crate::sample::{Frame, Rng, hash};
 use crate::shade::bsdf::{Incident, LightCone};
 use crate::shade::{Depths, Interaction};
 use crate::technique::Shot;
@@ -160,6 +163,29 @@ impl Shading<'_> {
             }
         }
         sum
+    }
+
+    /// Makes what is shown of a texel.
+    fn show(&self, texel: Texel, shown: &mut Shown) {
+        (shown.known, shown.used) = (false, 0);
+        let Some((point, words)) = self.surfaces.blocks.texel(texel) else {
+            return;
+        };
+        let entry = self.storage.read(words);
+        if entry.count <= 0.0 || !point.is_somewhere() {
+            return;
+        }
+        let back = texel.block.surface().back;
+        let orientation = self.parameters.orientation;
+        let frame = frame_of(self.shot.scene, point.triangle, back, orientation);
+        // The directions of a texel stay the same, so that they do not flicker.
+        let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
+        let turn = (TAU * (turn as f32 / (1 << 24) as f32)).sin_cos();
+        for (place, cone) in shown.cones.iter_mut().zip(entry.cones()) {
+            let axis = frame.to_world(cone.axis).normalize();
+            *place = ShownCone::of(&Cone { axis, ..*cone }, turn);
+        }
+        (shown.known, shown.used) = (true, entry.cones().len());
     }
 
     /// Light that reaches the viewer without being spread: through masks and glass, and by mirrors.

@@ -1,9 +1,5 @@
 //! Texels as images are made of them: cones as they lie in the world, kept while neighbouring pixels read them.
 
-use std::f32::consts::TAU;
-
-use super::shade::Shading;
-use super::texels::frame_of;
 use crate::cache::cones::{Cone, MOST_CONES};
 use crate::cache::surface::Texel;
 use crate::sample::{Frame, hash};
@@ -26,9 +22,11 @@ pub(super) struct ShownCone {
 /// The cones of a texel; there are none of one that was never updated.
 #[derive(Clone, Copy)]
 pub(super) struct Shown {
-    known: bool,
-    used: usize,
-    cones: [ShownCone; MOST_CONES],
+    /// Whether it was ever updated.
+    pub known: bool,
+    /// Cones that it has.
+    pub used: usize,
+    pub cones: [ShownCone; MOST_CONES],
 }
 
 /// Texels that were shown of late, each in a place that follows from where it lies, so that neighbours have others.
@@ -79,34 +77,9 @@ impl Shown {
     };
 }
 
-impl Shading<'_> {
-    /// Makes what is shown of a texel.
-    pub(super) fn show(&self, texel: Texel, shown: &mut Shown) {
-        (shown.known, shown.used) = (false, 0);
-        let Some((point, words)) = self.surfaces.blocks.texel(texel) else {
-            return;
-        };
-        let entry = self.storage.read(words);
-        if entry.count <= 0.0 || !point.is_somewhere() {
-            return;
-        }
-        let back = texel.block.surface().back;
-        let orientation = self.parameters.orientation;
-        let frame = frame_of(self.shot.scene, point.triangle, back, orientation);
-        // The directions of a texel stay the same, so that they do not flicker.
-        let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
-        let turn = (TAU * (turn as f32 / (1 << 24) as f32)).sin_cos();
-        for (place, cone) in shown.cones.iter_mut().zip(entry.cones()) {
-            let axis = frame.to_world(cone.axis).normalize();
-            *place = ShownCone::of(&Cone { axis, ..*cone }, turn);
-        }
-        (shown.known, shown.used) = (true, entry.cones().len());
-    }
-}
-
 impl ShownCone {
     /// A cone in the world whose frame is turned around the axis by an angle of this sine and cosine.
-    fn of(cone: &Cone, (turn_sine, turn_cosine): (f32, f32)) -> Self {
+    pub fn of(cone: &Cone, (turn_sine, turn_cosine): (f32, f32)) -> Self {
         let frame = Frame::from_normal(cone.axis);
         let height = cone.height();
         Self {

@@ -14,7 +14,7 @@ use crate::entry::words;
 use crate::sample::Rng;
 use crate::shade::{Interaction, Leg, Lobes, Met, PathTracer};
 use crate::technique::Shot;
-use crate::trace::{Caster, Hit, Ray, RayCounter};
+use crate::trace::{Caster, Ray, RayCounter};
 
 words! {
     /// What becomes of diffuse surfaces under a coating.
@@ -103,18 +103,17 @@ impl FillingPath {
         count < rule.stored || self.passed[first..].iter().any(|v| v.sample.is_some())
     }
 
-    /// Follows a path from its first leg and appends its samples.
-    fn trace(
+    /// Follows a path from what its first leg met and appends its samples.
+    fn trace<'p>(
         &mut self,
-        paths: &PathTracer,
+        paths: &'p PathTracer,
         caster: &Caster,
-        (leg, hit): (Leg, Option<Hit>),
+        mut met: Met<'p>,
         rule: &SubPaths,
         rng: &mut Rng,
         samples: &mut Vec<Sample>,
     ) {
         self.passed.clear();
-        let mut met = paths.meet_from(caster, leg, hit, rng);
         loop {
             let vertex = match met {
                 Met::Sky(radiance) => {
@@ -230,7 +229,8 @@ impl Tile {
         caster.closest_bundle(origin, &directions, f32::INFINITY, &mut hits);
         for ((direction, hit), rng) in directions.iter().zip(hits).zip(&mut randoms) {
             let leg = Leg::from_camera(Ray::new(origin, *direction));
-            path.trace(&shot.paths, caster, (leg, hit), rule, rng, samples);
+            let met = shot.paths.meet_from(caster, leg, hit, rng);
+            path.trace(&shot.paths, caster, met, rule, rng, samples);
         }
     }
 }

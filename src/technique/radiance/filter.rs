@@ -8,7 +8,7 @@
 
 use multiversion::multiversion;
 
-use super::layers::{PLANES, Plane};
+use super::planes::{PLANES, Plane};
 use crate::entry::{Kind, Setting, parameters};
 
 parameters! {

@@ -8,6 +8,7 @@ pub mod filter;
 mod filtered_paths;
 mod hash_cache;
 pub mod layers;
+mod planes;
 mod reconstruct;
 mod sharc;
 

@@ -92,8 +92,8 @@ impl<'a> Pass<'a> {
             let found = stages.time("reprojection", || self.found(before, &mut *tally));
             all = stages.time("temporal_reuse", || {
                 self.each(&counter, HISTORY, &mut *tally, &|pixel, layer, tools| {
-                    let then = (before, found[pixel.number]);
-                    self.with_history(pixel, &all, layer, then, tools)
+                    let found = found[pixel.number];
+                    self.with_history(pixel, &all, layer, before, found, tools)
                 })
             });
             is_found = found.iter().map(Option::is_some).collect();
@@ -267,7 +267,8 @@ impl<'a> Pass<'a> {
         pixel: &Pixel,
         all: &[Reservoir],
         layer: usize,
-        (before, found): (&History, Option<usize>),
+        before: &History,
+        found: Option<usize>,
         mut tools: Tools,
     ) -> Reservoir {
         let layers = self.settings.reservoirs;

@@ -64,6 +64,14 @@ struct Limits {
     gloss: Option<(usize, f32)>,
 }
 
+/// Which terms are summed.
+#[derive(Clone, Copy)]
+struct Summed {
+    count: usize,
+    /// Whether the diffuse one lies under a coating.
+    coated: bool,
+}
+
 /// Power of a term by group and channel.
 type Sums = [[Vec3; 2]; 4];
 
@@ -166,8 +174,8 @@ impl Contributions {
         };
         for at in 0..self.weights.len() {
             let (chunk, lane) = (at / LANES, at % LANES);
-            let whole = (&lights.levels[TOP][chunk], &self.top[chunk]);
-            if self.reaches(limits, (whole, lane), self.weights[at]) {
+            let (whole, numbers) = (&lights.levels[TOP][chunk], &self.top[chunk]);
+            if self.reaches(limits, whole, numbers, lane, self.weights[at]) {
                 self.weights[at] = self.open_chunk(lights, terms, at, limits);
             }
         }
@@ -187,7 +195,7 @@ impl Contributions {
         let numbers = terms.numbers(chunk);
         let mut weights = self.weights_of(chunk, &numbers);
         for (lane, weight) in weights.iter_mut().enumerate() {
-            if self.reaches(limits, ((chunk, &numbers), lane), *weight) {
+            if self.reaches(limits, chunk, &numbers, lane, *weight) {
                 let part = at * LANES + lane;
                 let lights = &lights.levels[0][part];
                 let numbers = terms.numbers(lights);
@@ -215,7 +223,9 @@ impl Contributions {
     fn reaches(
         &self,
         limits: Limits,
-        ((chunk, numbers), lane): ((&Chunk, &Numbers), usize),
+        chunk: &Chunk,
+        numbers: &Numbers,
+        lane: usize,
         weight: f32,
     ) -> bool {
         if weight <= limits.weight {
@@ -241,22 +251,21 @@ impl Contributions {
         let mut sums: Sums = [[Vec3::ZERO; 2]; 4];
         // What is diffuse alone follows from the irradiance.
         if self.count > 1 || terms.coated() {
-            let shown = (self.count, terms.coated());
+            let summed = Summed {
+                count: self.count,
+                coated: terms.coated(),
+            };
             for (index, numbers) in self.top.iter().enumerate() {
                 let (group, kept) = (lights.group(TOP, index), self.kept(TOP, index));
-                let pair = (&lights.levels[TOP][index], numbers);
-                add(&mut sums, (group, shown), pair, &kept);
+                let chunk = &lights.levels[TOP][index];
+                add(&mut sums, group, summed, chunk, numbers, &kept);
             }
             for (level, opened) in self.opened.iter().enumerate() {
                 for own in opened {
                     let group = lights.group(level, own.chunk);
-                    let pair = (&lights.levels[level][own.chunk], &own.numbers);
-                    add(
-                        &mut sums,
-                        (group, shown),
-                        pair,
-                        &self.kept(level, own.chunk),
-                    );
+                    let chunk = &lights.levels[level][own.chunk];
+                    let kept = self.kept(level, own.chunk);
+                    add(&mut sums, group, summed, chunk, &own.numbers, &kept);
                 }
             }
         }
@@ -363,14 +372,16 @@ impl Contributions {
 #[inline(always)]
 fn add(
     sums: &mut Sums,
-    (group, (count, coated)): (usize, (usize, bool)),
-    (chunk, numbers): (&Chunk, &Numbers),
+    group: usize,
+    summed: Summed,
+    chunk: &Chunk,
+    numbers: &Numbers,
     kept: &Lane,
 ) {
-    for (sum, numbers) in sums.iter_mut().zip(&numbers.terms[..count]) {
+    for (sum, numbers) in sums.iter_mut().zip(&numbers.terms[..summed.count]) {
         weigh(&mut sum[group], chunk, numbers, kept);
     }
-    if coated {
+    if summed.coated {
         weigh(&mut sums[3][group], chunk, &numbers.cosines, kept);
     }
 }

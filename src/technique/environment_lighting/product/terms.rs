@@ -127,12 +127,12 @@ impl Terms {
         let reaching = chunk.reach.positive(&cos);
         match &self.gloss {
             Some(gloss) if gloss.dielectric.is_none() => {
-                gloss.metal(chunk, (&cos, &reaching), self.view)
+                gloss.metal(chunk, &cos, &reaching, self.view)
             }
             gloss => {
                 let mut numbers = self.diffuse(chunk, &cos, &reaching);
                 if let Some(gloss) = gloss {
-                    numbers.terms[1] = gloss.coat(chunk, (&cos, &reaching), self.view);
+                    numbers.terms[1] = gloss.coat(chunk, &cos, &reaching, self.view);
                 }
                 numbers
             }
@@ -181,7 +181,7 @@ fn dot(vector: Vec3, [x, y, z]: &[Lane; 3]) -> Lane {
 impl GlossTerms {
     /// Density of facets × masking / (4 cos cos) × cos, and the cosine of view and half vector.
     #[inline(always)]
-    fn lobe(&self, chunk: &Chunk, (cos, above): (&Lane, &Lane), view: Vec3) -> (Lane, Lane) {
+    fn lobe(&self, chunk: &Chunk, cos: &Lane, above: &Lane, view: Vec3) -> (Lane, Lane) {
         let toward = dot(view, &chunk.direction);
         let (mut lobe, mut tilt) = ([0.0; LANES], [0.0; LANES]);
         for i in 0..LANES {
@@ -198,14 +198,14 @@ impl GlossTerms {
         }
         if self.facets.distribution() == MicrofacetDistribution::Beckmann {
             for i in 0..LANES {
-                let half = (tilt[i], (self.cos_view + cos[i]).max(0.0));
-                lobe[i] = self.beckmann(chunk.widening[i], half, above[i]);
+                let height = (self.cos_view + cos[i]).max(0.0);
+                lobe[i] = self.beckmann(chunk.widening[i], tilt[i], height, above[i]);
             }
         }
         (lobe, tilt)
     }
 
-    fn beckmann(&self, widening: f32, (tilt, height): (f32, f32), above: f32) -> f32 {
+    fn beckmann(&self, widening: f32, tilt: f32, height: f32, above: f32) -> f32 {
         let height = height / (2.0 * tilt);
         let c2 = (height * height).clamp(1e-6, 1.0);
         let a2 = (self.alpha2 + widening).min(1.0);
@@ -220,8 +220,8 @@ impl GlossTerms {
 
     /// The highlight of a coating.
     #[inline(always)]
-    fn coat(&self, chunk: &Chunk, cosines: (&Lane, &Lane), view: Vec3) -> Lane {
-        let (mut lobe, tilt) = self.lobe(chunk, cosines, view);
+    fn coat(&self, chunk: &Chunk, cos: &Lane, above: &Lane, view: Vec3) -> Lane {
+        let (mut lobe, tilt) = self.lobe(chunk, cos, above, view);
         let index = self.dielectric.unwrap_or(0.0);
         for i in 0..LANES {
             let c = tilt[i];
@@ -237,15 +237,15 @@ impl GlossTerms {
     }
 
     #[inline(always)]
-    fn metal(&self, chunk: &Chunk, cosines: (&Lane, &Lane), view: Vec3) -> Numbers {
-        let (first, tilt) = self.lobe(chunk, cosines, view);
+    fn metal(&self, chunk: &Chunk, cos: &Lane, above: &Lane, view: Vec3) -> Numbers {
+        let (first, tilt) = self.lobe(chunk, cos, above, view);
         let (mut grazing, mut dip, mut wide) = (first, first, first);
         for i in 0..LANES {
             let c = larger(1.0 - tilt[i], 0.0);
             let fifth = c * c * c * c * c;
             grazing[i] *= fifth;
             dip[i] *= tilt[i] * c * fifth;
-            wide[i] += FLOOR * cosines.1[i];
+            wide[i] += FLOOR * above[i];
         }
         Numbers {
             terms: [first, grazing, dip],

@@ -155,10 +155,20 @@ fn outer(direction: Vec3, colour: Vec3) -> Mat3 {
     )
 }
 
+/// What a ray through a stratum brings.
+struct Stratum {
+    radiance: Vec3,
+    /// To where it comes from.
+    distance: f32,
+}
+
 impl Hemisphere {
-    fn at(&self, k: usize, j: usize) -> (Vec3, f32) {
+    fn at(&self, k: usize, j: usize) -> Stratum {
         let i = k * self.strata.polar + j;
-        (self.radiance[i], self.distance[i])
+        Stratum {
+            radiance: self.radiance[i],
+            distance: self.distance[i],
+        }
     }
 
     /// Sine of the lower bound of polar stratum `j`.
@@ -180,7 +190,7 @@ impl Hemisphere {
             let tilted: Vec3 = (0..polar)
                 .map(|j| {
                     let sin = self.sine(j);
-                    self.at(k, j).0 * (-sin / (1.0 - sin * sin).max(1e-6).sqrt())
+                    self.at(k, j).radiance * (-sin / (1.0 - sin * sin).max(1e-6).sqrt())
                 })
                 .sum();
             sum += outer(polar_vector(azimuth - FRAC_PI_2), tilted);
@@ -219,7 +229,7 @@ impl Hemisphere {
         sum
     }
 
-    fn step(&self, (here, distance): (Vec3, f32), (there, other): (Vec3, f32)) -> Vec3 {
-        (here - there) / distance.min(other)
+    fn step(&self, here: Stratum, there: Stratum) -> Vec3 {
+        (here.radiance - there.radiance) / here.distance.min(there.distance)
     }
 }

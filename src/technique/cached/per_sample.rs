@@ -4,12 +4,12 @@
 //! budget's records would take: one path (irradiance), one occlusion ray (ambient occlusion), and one
 //! virtual light or path (importance caching) a pass.
 
-use super::cached::CachedTechnique;
-use super::{
-    Clock, Contender, ContenderEntry, Passes, Rendered, Search, Seen, Shot, Terms, shading_points,
-};
+use super::function::CachedTechnique;
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, parameters};
+use crate::technique::{
+    Clock, Contender, ContenderEntry, Passes, Rendered, Search, Seen, Shot, Terms, shading_points,
+};
 use crate::trace::{RayCounter, RayCounts};
 
 parameters! {

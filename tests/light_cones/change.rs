@@ -1,0 +1,115 @@
+//! Light that rests, moves, goes out and is remembered.
+
+use glam::{DAffine3, DVec3};
+use lightbench::scene::{Needs, Scene};
+use lightbench::technique::Rendered;
+use lightbench::world::{Motion, World};
+
+use super::{Built, cones, direct, found, lamp_room, mean, point, rmse, room, shot_of};
+
+#[test]
+fn resting_light_comes_nearer_to_the_truth_frame_by_frame() {
+    let technique = direct();
+    // Lights of unlike strength, so that choosing among them is noise at first.
+    let mut description = lamp_room(0.3, 20.0);
+    description.lights = [point([1.5, 1.5, 1.0], 1.0), point([-1.5, 1.0, 0.5], 0.3)]
+        .into_iter()
+        .map(Into::into)
+        .collect();
+    let built = Built::new(&description);
+    let truth = built.truth(technique.as_ref());
+    for text in [
+        "filter = 'bilinear'",
+        "filter = 'nearest'",
+        "compressed = true",
+    ] {
+        // Small texels, so that shadows are not what is off.
+        let text = format!("{text}\nbias = -1.0\nselection = 'power'");
+        let mut contender = cones(technique.as_ref(), &text);
+        let errors = [0..1, 1..8, 8..64].map(|frames| {
+            let rendered = built.play(contender.as_mut(), frames);
+            rmse(&rendered.image, &truth) / mean(&truth)
+        });
+        assert!(
+            errors[1] < 0.8 * errors[0] && errors[2] < errors[1] && errors[2] < 0.08,
+            "{text}: {errors:?}"
+        );
+    }
+}
+
+#[test]
+fn a_sequence_goes_on_from_what_was_remembered() {
+    let technique = direct();
+    let built = Built::new(&lamp_room(0.3, 20.0));
+    for text in ["", "compressed = true\nfirst_updates = 2"] {
+        let mut straight = cones(technique.as_ref(), text);
+        let expected = built.play(straight.as_mut(), 0..5);
+        let mut first = cones(technique.as_ref(), text);
+        built.play(first.as_mut(), 0..3);
+        let memory = first.memory().expect("memory");
+        let mut second = cones(technique.as_ref(), text);
+        second.recall(&memory).expect("recalls");
+        assert_eq!(second.memory().expect("memory"), memory);
+        let resumed = built.play(second.as_mut(), 3..5);
+        assert_eq!(resumed.image.pixels, expected.image.pixels);
+        assert_eq!(resumed.rays, expected.rays);
+        // What belongs to another scene is refused.
+        let mut third = cones(technique.as_ref(), text);
+        third.recall(&memory).expect("recalls");
+        let other = Built::new(&room());
+        assert!(third.frame(&[other.shot(3)]).is_err());
+    }
+}
+
+/// Everything moves together, the camera too: nothing changes for anybody.
+#[test]
+fn what_moves_carries_its_texels_along() {
+    let technique = direct();
+    let description = lamp_room(0.3, 20.0);
+    let place = |time_s: f64| {
+        DAffine3::from_rotation_y(0.7 * time_s)
+            * DAffine3::from_translation(DVec3::new(time_s, 0.0, 0.0))
+    };
+    let play = |times_s: [f64; 3]| {
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let moves = (0..3).map(|shape| Motion {
+            shape,
+            place: Box::new(place),
+        });
+        let mut world = World::moving(scene, moves.collect(), &[0.0, 1.0, 2.0]).expect("a world");
+        let origin = world.origin();
+        let mut contender = cones(technique.as_ref(), "motion = 'cones'");
+        let mut last = Rendered::default();
+        for (frame, time_s) in (0..).zip(times_s) {
+            let mut view = description.views[0].clone();
+            let carried = place(time_s);
+            view.origin = carried.transform_point3(view.origin) - origin;
+            for direction in [&mut view.right, &mut view.up, &mut view.forward] {
+                *direction = carried.transform_vector3(*direction);
+            }
+            let shot = shot_of(world.at(time_s), &view, frame, 16);
+            let mut images = contender.frame(&[shot]).expect("a frame");
+            last = images.pop().expect("one image");
+        }
+        last
+    };
+    let (moved, still) = (play([0.0, 1.0, 2.0]), play([0.0; 3]));
+    assert!(found(&still, "new_blocks") < 0.05 * found(&still, "blocks"));
+    assert!(found(&moved, "new_blocks") < 0.05 * found(&moved, "blocks"));
+    let off = rmse(&moved.image, &still.image) / mean(&still.image);
+    assert!(off < 0.02, "{off}");
+}
+
+#[test]
+fn light_that_goes_out_is_soon_gone_and_comes_back() {
+    let technique = direct();
+    let on = Built::new(&lamp_room(0.3, 20.0));
+    let mut off = Built::new(&lamp_room(0.3, 20.0));
+    off.scene.shapes[2].emission = Some([0.0; 3]);
+    let mut contender = cones(technique.as_ref(), "");
+    let bright = mean(&on.play(contender.as_mut(), 0..40).image);
+    let dark = mean(&off.play(contender.as_mut(), 40..68).image);
+    assert!(dark < 0.08 * bright, "{dark} of {bright}");
+    let again = mean(&on.play(contender.as_mut(), 68..84).image);
+    assert!((again / bright - 1.0).abs() < 0.1, "{again} of {bright}");
+}
