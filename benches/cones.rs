@@ -1,9 +1,10 @@
-//! Cones of light in texels on surfaces: charts, blocks, updates without rays, and entries in memory.
+//! Cones of light in texels on surfaces: charts, blocks, updates without rays, entries in memory, and the passes of a frame.
 //!
 //! `cargo bench --bench cones`. Charts are those of a wavy ball of a million triangles.
 
 use std::f32::consts::{PI, TAU};
 use std::hint::black_box;
+use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
@@ -11,7 +12,12 @@ use lightbench::cache::cones::{Entry, Rules, Storage, Update};
 use lightbench::cache::surface::{
     Blocks, Charts, Grid, Layout, Limits, Requests, Surface, surface_points,
 };
+use lightbench::registry::technique;
 use lightbench::sample::{Frame, Rng};
+use lightbench::scene::{Needs, Scene, find_scene};
+use lightbench::technique::{Film, Shot, Terms};
+use lightbench::trace::Tracer;
+use lightbench::world::Moment;
 
 /// Rings of the ball, of twice as many segments.
 const RINGS: u32 = 500;
@@ -133,6 +139,7 @@ fn updates(c: &mut Criterion) {
             let direction = towards + frame.tangent * x + frame.bitangent * y;
             update.add(direction.normalize(), Vec3::splat(0.1));
         }
+        update.watch();
         update.average();
         update.finish()
     };
@@ -165,5 +172,48 @@ fn updates(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, charts, blocks, updates);
+/// Frames before a scene at rest is timed.
+const WARM_UP: u32 = 12;
+
+/// Processor seconds of the passes over a scene at rest: what finds the texels that a viewer sees, camera rays among it, and
+/// what puts up to three cones of four texels into the material of each of four camera samples a pixel.
+fn passes(c: &mut Criterion) {
+    let description = find_scene("cornell-curved").expect("shipped");
+    let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+    let tracer = Tracer::new(&scene.positions, &scene.triangles);
+    let film = Film {
+        width: 480,
+        height: 270,
+        spp: 4,
+    };
+    let entry = technique("direct-lighting").expect("listed");
+    let technique = (entry.build)(&toml::Table::new()).expect("defaults");
+    let terms = Terms { budget: 8, seed: 1 };
+    let started = technique.start("light-cones", &toml::Table::new(), terms);
+    let mut contender = started.expect("starts").contender;
+    let mut frame = 0;
+    let mut play = |stage: &str| {
+        let mut shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
+        shot.frame = frame;
+        frame += 1;
+        let images = contender.frame(&[shot]).expect("a frame");
+        let stages = images[0].stages.0.iter();
+        let seconds = stages.filter(|s| s.name == stage).map(|s| s.seconds.cpu);
+        Duration::from_secs_f64(seconds.sum())
+    };
+    (0..WARM_UP).for_each(|_| {
+        play("");
+    });
+    let mut group = c.benchmark_group("passes, processor time");
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group.throughput(Throughput::Elements((film.width * film.height) as u64));
+    for stage in ["visibility", "shading"] {
+        group.bench_function(stage, |b| {
+            b.iter_custom(|frames| (0..frames).map(|_| play(stage)).sum());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, charts, blocks, updates, passes);
 criterion_main!(benches);

@@ -193,6 +193,11 @@ impl<'a> Shot<'a> {
         self.ray_through(x, y)
     }
 
+    /// What finding the first hits of so many samples a pixel takes, as a found parameter: a rasteriser would need no ray.
+    pub fn camera_rays(&self, samples: u32) -> (&'static str, f64) {
+        ("camera_rays", self.pixels() as f64 * f64::from(samples))
+    }
+
     /// The camera ray through a film position in pixels, the top left corner at (0, 0).
     pub fn ray_through(&self, x: f64, y: f64) -> Ray {
         let size = [self.width, self.height];

@@ -1,11 +1,11 @@
 //! Light that rests, moves, goes out and is remembered.
 
-use glam::{DAffine3, DVec3};
-use lightbench::scene::{Needs, Scene};
+use glam::{DAffine3, DMat4, DVec3};
+use lightbench::scene::{Needs, Scene, ShapeDescription, ShapeSource};
 use lightbench::technique::Rendered;
 use lightbench::world::{Motion, World};
 
-use super::{Built, cones, direct, found, lamp_room, mean, point, rmse, room, shot_of};
+use super::{Built, at, cones, direct, found, lamp_room, mean, point, rmse, room, shot_of};
 
 #[test]
 fn resting_light_comes_nearer_to_the_truth_frame_by_frame() {
@@ -112,4 +112,43 @@ fn light_that_goes_out_is_soon_gone_and_comes_back() {
     assert!(dark < 0.08 * bright, "{dark} of {bright}");
     let again = mean(&on.play(contender.as_mut(), 68..84).image);
     assert!((again / bright - 1.0).abs() < 0.1, "{again} of {bright}");
+}
+
+/// No cone turns where a shadow falls or a lamp is dimmed.
+#[test]
+fn sudden_changes_show_within_some_frames() {
+    let technique = direct();
+    let with_board = |place: DVec3, emission: f32| {
+        let mut description = lamp_room(0.3, emission);
+        description.shapes.push(at(
+            ShapeDescription::new("board", ShapeSource::Cube),
+            DMat4::from_translation(place) * DMat4::from_scale(DVec3::new(0.5, 0.02, 0.5)),
+        ));
+        Built::new(&description)
+    };
+    let (aside, below) = (DVec3::new(0.0, 1.5, -30.0), DVec3::new(0.3, 1.5, 0.2));
+    let beside = DVec3::new(-0.8, 1.2, 0.0);
+    for (what, before, after) in [
+        ("dimmed", (aside, 20.0), (aside, 0.4)),
+        ("bright again", (aside, 0.4), (aside, 20.0)),
+        ("behind a board", (aside, 20.0), (below, 20.0)),
+        ("out of its shadow", (below, 20.0), (aside, 20.0)),
+        ("a board jumps", (below, 20.0), (beside, 20.0)),
+    ] {
+        let [before, after] = [before, after].map(|(place, light)| with_board(place, light));
+        let mut fresh = cones(technique.as_ref(), "");
+        let expected = after.play(fresh.as_mut(), 40..72).image;
+        let off = |text: &str| {
+            let mut contender = cones(technique.as_ref(), text);
+            before.play(contender.as_mut(), 0..40);
+            let image = after.play(contender.as_mut(), 40..56).image;
+            rmse(&image, &expected) / mean(&expected)
+        };
+        let noticed = off("");
+        let by_turns = off("rules = { surprise = 1000 }");
+        assert!(
+            noticed < 0.15 && noticed < 0.5 * by_turns,
+            "{what}: {noticed}, by turns {by_turns}"
+        );
+    }
 }

@@ -93,7 +93,7 @@ parameters! {
         pub doubt: f32 = 3.0, Within(1.0, 255.0);
         /// Standard deviations by which what the last updates brought must differ from the light of an entry for it to have
         /// changed; 1000 never.
-        pub surprise: f32 = 2.5, Within(0.0, 1000.0);
+        pub surprise: f32 = 1.0, Within(0.0, 1000.0);
         /// ε: where the edge of a cone is tested for light, as a part of its half angle.
         pub edge: f32 = 0.1, Within(0.0, 1.0);
         /// How far a cone without light at its edge shrinks.

@@ -11,7 +11,7 @@ use crate::image::luminance;
 pub(super) struct Watch {
     /// Their mean, which forgets a quarter in each update.
     pub recent: f32,
-    /// Mean distance of an update from it.
+    /// Standard deviation of an update from it.
     pub spread: f32,
 }
 
@@ -23,8 +23,6 @@ const SPREAD: f32 = 0.125;
 const FIRST: f32 = 2.0;
 /// A spread below this part of the light is taken for that much: some updates are equal by chance.
 const LEAST_SPREAD: f32 = 0.05;
-/// The standard deviation of normally distributed numbers, over their mean distance from the mean.
-const DEVIATION: f32 = 1.2533;
 
 impl Update<'_> {
     /// Compares the light of the last updates with that of the entry, once all samples were added. Where they differ by more
@@ -46,7 +44,7 @@ impl Update<'_> {
         let apart = (watch.recent - before).abs();
         // What is left of the variance of an update in either mean.
         let left = RECENT / (2.0 - RECENT) + weight / count;
-        let by_chance = self.rules.surprise * DEVIATION * spread * left.sqrt();
+        let by_chance = self.rules.surprise * spread * left.sqrt();
         if count >= FIRST * weight && apart > by_chance {
             self.lowered = true;
             let surprise = (apart / by_chance).powi(2);
@@ -54,6 +52,78 @@ impl Update<'_> {
             watch.recent += (now - watch.recent) * (1.0 - 1.0 / (1.0 + surprise));
             distance = distance.min(2.0 * spread);
         }
-        watch.spread += (distance - watch.spread) * (weight / count).clamp(SPREAD, 1.0);
+        let newest = (weight / count).clamp(SPREAD, 1.0);
+        let squares = [watch.spread, distance].map(|distance| distance * distance);
+        watch.spread = (squares[0] + (squares[1] - squares[0]) * newest).sqrt();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cache::cones::{Entry, Rules};
+    use crate::sample::Rng;
+
+    /// An entry after updates of eight samples, each of which arrives with a chance.
+    fn updated(mut entry: Entry, updates: u32, chance: f32, light: f32, rng: &mut Rng) -> Entry {
+        let rules = Rules::default();
+        for _ in 0..updates {
+            let mut update = Update::of(entry, &rules, 8);
+            for _ in 0..8 {
+                if rng.next_f32() < chance {
+                    update.add(Vec3::Z, Vec3::splat(light / 8.0));
+                }
+            }
+            update.watch();
+            update.average();
+            entry = update.finish();
+        }
+        entry
+    }
+
+    #[test]
+    fn what_changes_is_followed_within_some_updates() {
+        for (before, after) in [(1.0, 0.0), (0.0, 1.0), (1.0, 0.02), (0.02, 1.0), (0.5, 0.0)] {
+            let mut rng = Rng::new(1, 0, 0, 0);
+            // Chances of less than a tenth are strengths.
+            let [was, is] = [before, after].map(|share| match share > 0.1 {
+                true => [share, 1.0],
+                false => [1.0, share],
+            });
+            let entry = updated(Entry::default(), 60, was[0], was[1], &mut rng);
+            let entry = updated(entry, 10, is[0], is[1], &mut rng);
+            let left = (entry.light().x - after).abs() / before.max(after);
+            assert!(left < 0.03, "{before} to {after}: {left}");
+        }
+    }
+
+    #[test]
+    fn chance_alone_lowers_the_count_seldom() {
+        for chance in [0.02, 0.1, 0.5, 0.9, 1.0] {
+            let mut rng = Rng::new(2, 0, 0, 0);
+            let mut entry = updated(Entry::default(), 40, chance, 1.0, &mut rng);
+            let (mut counts, mut mean) = (0.0, 0.0);
+            for _ in 0..2000 {
+                entry = updated(entry, 1, chance, 1.0, &mut rng);
+                counts += entry.count / 2000.0;
+                mean += entry.light().x / 2000.0;
+            }
+            assert!(counts > 120.0, "chance {chance}: {counts}");
+            assert!(
+                (mean / chance - 1.0).abs() < 0.15,
+                "chance {chance}: {mean}"
+            );
+        }
+    }
+
+    #[test]
+    fn light_that_is_no_number_or_none_is_no_surprise() {
+        let mut rng = Rng::new(3, 0, 0, 0);
+        let dark = updated(Entry::default(), 20, 0.0, 1.0, &mut rng);
+        assert_eq!((dark.count, dark.watch), (160.0, Watch::default()));
+        let mut entry = updated(dark, 20, 1.0, 1.0, &mut rng);
+        entry.watch.recent = f32::NAN;
+        let after = updated(entry, 1, 1.0, 1.0, &mut rng);
+        assert_eq!(after.count, 255.0);
     }
 }

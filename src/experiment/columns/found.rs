@@ -350,6 +350,12 @@ pub const FOUND: &[ColumnEntry] = &[
         "bytes that are set aside for blocks of texels, of all viewers together",
     ),
     found(
+        "camera_rays",
+        "camera rays",
+        Unit::Count,
+        "of the rays of a frame and viewer those that find what the camera sees: a rasteriser needs none",
+    ),
+    found(
         "uncached",
         "uncached",
         Unit::None,

@@ -26,6 +26,10 @@ pub struct Sequence {
     pub fps: f64,
     /// Cameras that see each frame together.
     pub viewers: Vec<Viewer>,
+    /// Where a number of viewers take the first of several paths: what these are called together, so that more viewers are
+    /// another column of the same place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_of: Option<String>,
     /// How many frames at the start are not measured.
     pub warm_up: usize,
     /// Of the frames after the warm-up one in so many is measured.
@@ -74,6 +78,7 @@ impl Sequence {
             viewers: vec![Viewer::View(view.to_owned())],
             warm_up: 0,
             measure_every: 1,
+            first_of: None,
             measure_run: 1,
             kept: vec![0],
             cold: false,
@@ -122,6 +127,9 @@ impl Sequence {
 
     /// Who looks, for rows and tables.
     pub fn place(&self) -> String {
+        if let Some(paths) = &self.first_of {
+            return paths.clone();
+        }
         let mut names: Vec<&str> = Vec::new();
         for viewer in &self.viewers {
             let (Viewer::View(name) | Viewer::Path { name, .. }) = viewer;

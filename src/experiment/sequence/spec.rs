@@ -183,6 +183,7 @@ impl SequenceSpec {
         }
         let mut sequence = Sequence {
             viewers: self.viewers(scene, path, view, size)?,
+            first_of: self.first_of(),
             fps: self.fps,
             warm_up: self.warm_up,
             measure_every: self.measure_every,
@@ -194,6 +195,17 @@ impl SequenceSpec {
         };
         sequence.kept = self.kept(&sequence)?;
         Ok(sequence)
+    }
+
+    /// What listed paths are called together where viewers take the first of them.
+    fn first_of(&self) -> Option<String> {
+        let Some(ViewersSpec::Rule(rule)) = &self.viewers else {
+            return None;
+        };
+        let [first, .., last] = rule.paths.as_slice() else {
+            return None;
+        };
+        Some(format!("{first} to {last}"))
     }
 
     fn viewers(

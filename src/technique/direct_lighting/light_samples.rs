@@ -103,6 +103,7 @@ impl LightSamples {
         rendered.non_finite = passes.non_finite;
         rendered.notes.extend(passes.note());
         rendered.rays = counter.read();
+        rendered.found.push(shot.camera_rays(samples));
         rendered
     }
 }

@@ -71,7 +71,11 @@ impl Contender for Reservoirs {
         let scene = CameraSamples {
             seed: self.terms.seed,
         };
-        let render = |shot| self.restir.frame(shot, passes, &scene);
+        let render = |shot: &Shot| {
+            let mut rendered = self.restir.frame(shot, passes, &scene);
+            rendered.found.push(shot.camera_rays(passes));
+            rendered
+        };
         Ok(shots.iter().map(render).collect())
     }
 }

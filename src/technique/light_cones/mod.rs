@@ -281,6 +281,7 @@ impl LightCones {
         rendered.non_finite += tally.non_finite;
         let samples = (shot.pixels() as u64 * u64::from(shot.spp)).max(1) as f64;
         rendered.found.extend([
+            shot.camera_rays(shot.spp),
             ("uncached", tally.uncached as f64 / samples),
             ("other_texel_sizes", sight.other_sizes as f64 / samples),
         ]);
