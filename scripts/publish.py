@@ -3,12 +3,13 @@
 
     lightbench run CONFIG … > RUN.log
     scripts/publish.py RESULTS RUN.log NAME "Title" "the command, as it was given" [--together]
-        [--frames 1-6 "a lamp swings"] …
+        [--frames 1-6 "a lamp swings"] … [--errors flip_ldr,ssim]
 
 RESULTS is the folder of the run, of a suite with a folder for each of its members, and RUN.log what it printed. NAME.md
 is written; add it to the list of docs/results.md, which a test compares with the folder. With `--together`, for runs of
 many scenes, tables keep the columns over all scenes, and those without any are left out. With `--frames`, for a sequence
-of one job, a table of the means over these frames is added: rays, and processor seconds by stage.
+of one job, a table of the means over these frames is added: rays, and processor seconds by stage. With `--errors` too it is
+of any number of methods, and of these errors of the measured frames among them, in the mean of seeds, scenes and viewers.
 """
 
 import argparse
@@ -91,12 +92,36 @@ def of_frames(results: str, asked: list[list[str]]) -> list[str]:
     return ["## Rays and processor seconds of single frames", "", *lines, "", "Means of `frames.csv`.", ""]
 
 
+def errors_of_frames(results: str, asked: list[list[str]], metrics: list[str]) -> list[str]:
+    """A table of each metric: a line of frames, a column a method."""
+    frames = {}
+    with open(Path(results, "rows.csv"), newline="") as file:
+        for row in csv.DictReader(file):
+            with open(Path(results, "jobs", row["job"], "frames.csv"), newline="") as of_job:
+                frames.setdefault(row["label"] or row["method"], []).extend(csv.DictReader(of_job))
+    lines = []
+    for metric in metrics:
+        lines += [f"## {metric} of some frames", "", "| Frames | " + " | ".join(frames) + " |"]
+        lines.append("|:--|" + "--:|" * len(frames))
+        for span, text in asked:
+            first, _, last = span.partition("-")
+            wanted = range(int(first), int(last or first) + 1)
+            means = []
+            for all_frames in frames.values():
+                values = [float(f[metric]) for f in all_frames if f[metric] and int(f["frame"]) in wanted]
+                means.append(f"{sum(values) / len(values):.3f}" if values else "—")
+            lines.append(f"| {span}: {text} | " + " | ".join(means) + " |")
+        lines += ["", "Means of the measured frames of `frames.csv`.", ""]
+    return lines
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ["results", "log", "name", "title", "command"]:
         parser.add_argument(name)
     parser.add_argument("--together", action="store_true", help="keep of tables the columns over all scenes")
     parser.add_argument("--frames", nargs=2, action="append", default=[], metavar=("FIRST-LAST", "TEXT"))
+    parser.add_argument("--errors", metavar="METRIC,…", help="of the frames told apart by --frames")
     asked = parser.parse_args()
     said = "; of its tables here are the columns over all scenes together." if asked.together else ""
     page = [f"# {asked.title}", "", f"`lightbench {asked.command}`{said}", ""]
@@ -117,7 +142,9 @@ def main() -> None:
             rest = body.partition("\n")[2]
             heading = f"{name}: {title_of[text]}" if name else title_of[text]
             page += [f"## {heading}\n{rest}", ""]
-    if asked.frames:
+    if asked.frames and asked.errors:
+        page += errors_of_frames(asked.results, asked.frames, asked.errors.split(","))
+    elif asked.frames:
         page += of_frames(asked.results, asked.frames)
     target = Path(__file__).parent.parent / "results" / "published" / f"{asked.name}.md"
     target.write_text("\n".join(page).rstrip("\n") + "\n")

@@ -361,3 +361,25 @@ fn settings_that_would_bias_the_unbiased_form_are_refused() {
         assert!(biased.is_ok(), "{text}");
     }
 }
+
+#[test]
+fn what_a_selection_does_not_ask_for_is_refused() {
+    let technique = direct();
+    for (method, text, key) in [
+        ("rt", "candidates = 4", "candidates"),
+        ("rt", "candidates = 4\nselection = 'power'", "candidates"),
+        (
+            "light-cones",
+            "hidden = 'as-seen'\nselection = 'power'",
+            "hidden",
+        ),
+    ] {
+        let table: toml::Table = text.parse().expect("toml");
+        let started = technique.start(method, &table, Terms::default());
+        let error = started.err().expect(text);
+        assert!(error.message.starts_with(key), "{error}");
+        let product = format!("{key} = {}\nselection = 'product'", table[key]);
+        let table = product.parse().expect("toml");
+        assert!(technique.start(method, &table, Terms::default()).is_ok());
+    }
+}

@@ -40,10 +40,10 @@ pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         parameters: Parameters::PARAMETERS,
     },
     start: |_, table, terms| {
-        Ok(Box::new(LightSamples {
-            parameters: Parameters::read(table)?,
-            terms,
-        }))
+        let parameters = Parameters::read(table)?;
+        let selection = parameters.selection;
+        selection.refuse_unused(table, &["candidates"])?;
+        Ok(Box::new(LightSamples { parameters, terms }))
     },
 };
 

@@ -1,6 +1,8 @@
 //! Which lights are sampled at a surface, and where.
 
-use crate::entry::words;
+use toml::Table;
+
+use crate::entry::{ParameterError, words};
 use crate::sample::Rng;
 use crate::shade::{
     Arriving, ChosenPlace, EvenLights, Interaction, LightTile, Lights, Sent, SharedTiles, TilePart,
@@ -19,6 +21,25 @@ words! {
         /// By what candidates, drawn by power, would add without shadows; those of all samples of a surface are evenly spaced
         /// and serve all of them.
         Product = "product",
+    }
+}
+
+impl Selection {
+    /// Refuses keys of a table that only [`Selection::Product`] asks for beside another selection.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn refuse_unused(self, table: &Table, keys: &[&'static str]) -> Result<(), ParameterError> {
+        let unused = keys.iter().find(|key| table.contains_key(**key));
+        match unused {
+            Some(key) if self != Self::Product => Err(ParameterError::new(
+                *key,
+                format!(
+                    "{key}: counts with selection = \"product\" alone; leave it out, or choose lights so"
+                ),
+            )),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -61,13 +61,16 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
             "a smooth sky has no few directions: its cones cover the hemisphere",
-            "light that moves or goes out trails behind by some frames",
+            "light that moves or goes out trails behind by some frames: longest where a small part of it changes",
         ],
         parameters: Parameters::PARAMETERS,
     },
     start: |_, table, terms| {
+        let parameters = Parameters::read(table)?;
+        let selection = parameters.selection;
+        selection.refuse_unused(table, &["candidates", "hidden"])?;
         Ok(Box::new(LightCones {
-            parameters: Parameters::read(table)?,
+            parameters,
             terms,
             surfaces: None,
             remembered: None,
