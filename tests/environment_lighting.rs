@@ -210,10 +210,16 @@ fn largest_difference(a: &Image, b: &Image) -> f32 {
 
 /// Renders with many seeds and compares the mean with the sum over texels, within its noise.
 fn assert_unbiased(lit: &Lit, exact: &Image, id: &str, parameters: &str, budget: usize) {
-    let passes = 288 / budget as u64;
+    let context = format!("{id} `{parameters}`, {budget} samples");
+    let render = |seed| lit.render(id, parameters, (budget, seed, 1));
+    assert_mean(exact, &context, 288 / budget as u64, render);
+}
+
+/// The mean of images of some seeds is that of the truth.
+fn assert_mean(exact: &Image, context: &str, passes: u64, render: impl Fn(u64) -> Rendered) {
     let mut sums = vec![[0.0f64; 2]; 3 * exact.pixels.len()];
     for seed in 0..passes {
-        let rendered = lit.render(id, parameters, (budget, seed, 1));
+        let rendered = render(seed);
         assert_eq!(rendered.non_finite, 0);
         for (sum, value) in sums.iter_mut().zip(rendered.image.pixels.iter().flatten()) {
             sum[0] += f64::from(*value);
@@ -234,7 +240,6 @@ fn assert_unbiased(lit: &Lit, exact: &Image, id: &str, parameters: &str, budget:
         total_variance += 3.0 * variance;
         expected_total += expected;
     }
-    let context = format!("{id} `{parameters}`, {budget} samples");
     assert!(beyond * 50 <= sums.len(), "{context}: {beyond} values off");
     let ratio = total / expected_total;
     let most = 4.0 * total_variance.sqrt() / expected_total + 0.005;
@@ -253,6 +258,35 @@ fn every_form_of_multiple_importance_sampling_is_unbiased() {
             }
         }
     }
+}
+
+/// The fourth frame: samples of those before are in it.
+#[test]
+fn reservoirs_of_the_unbiased_form_have_the_mean_of_a_map() {
+    let lit = Lit::new(noisy(), PLAIN);
+    let exact = lit.brute_force(4);
+    let fourth = |method: &'static str| {
+        let lit = &lit;
+        move |seed: u64| {
+            let terms = Terms { budget: 6, seed };
+            let started = lit.technique.start(method, &toml::Table::new(), terms);
+            let mut contender = started.expect("starts").contender;
+            let mut last = Rendered::default();
+            for frame in 0..4 {
+                let mut shot = lit.shot(1);
+                shot.frame = frame;
+                let mut images = contender.frame(&[shot]).expect("a frame");
+                last = images.pop().expect("one image");
+            }
+            last
+        }
+    };
+    assert_mean(&exact, "restir-unbiased", 96, fourth("restir-unbiased"));
+    // The biased form is darker than that.
+    let total = |image: &Image| image.pixels.iter().flatten().sum::<f32>();
+    let biased = fourth("restir");
+    let mean = (0..96).map(|seed| total(&biased(seed).image)).sum::<f32>() / 96.0;
+    assert!(mean < 0.995 * total(&exact), "{mean} of {}", total(&exact));
 }
 
 #[test]

@@ -100,6 +100,43 @@ fn what_moves_carries_its_texels_along() {
     assert!(off < 0.02, "{off}");
 }
 
+/// Charts have the lengths of the first frame.
+#[test]
+fn texels_of_a_shape_that_grows_or_shrinks_keep_to_the_size_of_pixels() {
+    let technique = direct();
+    let description = lamp_room(0.3, 20.0);
+    let last = |scale_at_first: f64| {
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let place = move |time_s: f64| {
+            DAffine3::from_scale(DVec3::splat(scale_at_first.powf(1.0 - time_s)))
+        };
+        let moves = vec![Motion {
+            shape: 0,
+            place: Box::new(place),
+        }];
+        let mut world = World::moving(scene, moves, &[0.0, 1.0]).expect("a world");
+        let origin = world.origin();
+        let mut view = description.views[0].clone();
+        view.origin -= origin;
+        let mut contender = cones(technique.as_ref(), "");
+        let mut texels = 0.0;
+        for (frame, time_s) in [(0, 0.0), (1, 1.0)] {
+            let shot = shot_of(world.at(time_s), &view, frame, 16);
+            let images = contender.frame(&[shot]).expect("a frame");
+            texels = found(&images[0], "texels");
+        }
+        texels
+    };
+    let expected = last(1.0);
+    for scale in [0.02, 50.0] {
+        let texels = last(scale);
+        assert!(
+            (texels / expected - 1.0).abs() < 0.5,
+            "{scale}: {texels} and {expected}"
+        );
+    }
+}
+
 #[test]
 fn light_that_goes_out_is_soon_gone_and_comes_back() {
     let technique = direct();
