@@ -232,6 +232,53 @@ fn merging_into_a_folder_keeps_what_it_has_and_tells_of_other_results() {
 }
 
 #[test]
+fn merging_two_results_of_one_case_is_refused() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    for (caches, out) in [("caches=60", "a"), ("caches=30", "b")] {
+        let arguments = ["run", "tiny.toml", "repeats=1", caches, "--out", out];
+        assert_eq!(place.lightbench(&arguments).code, 0);
+    }
+    let merged = place.lightbench(&["merge", "a", "b", "--out", "both"]);
+    assert_eq!(merged.code, 2, "{}", merged.err);
+    for text in [
+        "hard-cases (poles), ambient-occlusion, IM, seed 1 has two results",
+        "(caches=60) in a and job",
+        "(caches=30) in b",
+    ] {
+        assert!(merged.err.contains(text), "`{text}` in {}", merged.err);
+    }
+    assert!(!place.path().join("both").exists());
+    let into = place.lightbench(&["merge", "a", "--out", "b"]);
+    assert_eq!(into.code, 2, "{}", into.err);
+}
+
+#[test]
+fn merging_leaves_out_what_failed_before_a_scene_was_mended() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some("v 0 0 0\nv 1 0 0\nf 1 2 9\n"));
+    let text = experiment("ambient-occlusion", "IM");
+    place.write("ao.toml", &text);
+    let broken = place.lightbench(&["run", "ao.toml", "--out", "broken"]);
+    assert_eq!(broken.code, 4, "{}", broken.err);
+    place.write("room/floor.obj", FLOOR);
+    let gate = "[[gate]]\ntext = \"bounded\"\nexpect = \"rmse(IM) < 1\"\n";
+    place.write("ao.toml", &format!("{text}{gate}"));
+    let mended = place.lightbench(&["run", "ao.toml", "--out", "mended"]);
+    assert_eq!(mended.code, 0, "{}", mended.err);
+    let merged = place.lightbench(&["merge", "broken", "mended", "--out", "both"]);
+    assert_eq!(merged.code, 0, "{}", merged.err);
+    for text in [
+        "the failed row of job",
+        "in broken is left out",
+        "gates of mended differ from those of broken, which are taken",
+    ] {
+        assert!(merged.err.contains(text), "`{text}` in {}", merged.err);
+    }
+    assert_eq!(place.rows("both"), place.rows("mended"));
+}
+
+#[test]
 fn a_gate_does_not_pass_on_some_of_the_shards() {
     let place = Place::new();
     place.write("tiny.toml", TINY);
