@@ -84,7 +84,7 @@ pub struct Job {
     /// In place of what the scene declares.
     #[serde(default)]
     pub max_depth: Option<u32>,
-    /// Whether meshes and textures of the scene may be absent.
+    /// Whether meshes, textures and material libraries of the scene may be absent.
     #[serde(default)]
     pub incomplete: bool,
     /// Canonical id of what is computed.
