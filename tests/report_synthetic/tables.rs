@@ -28,7 +28,19 @@ fn tables_show_means_intervals_ranks_and_the_papers_numbers() {
     let cells: Vec<&str> = line.split(',').collect();
     assert!((cells[5].parse::<f64>().expect("mean") - 0.0816).abs() < 1e-12);
     assert_eq!((cells[7], cells[8]), ("3", "0.084"));
-    assert!(folder.text("tables/stages.md").contains("shading points"));
+    let stages = folder.text("tables/stages.md");
+    for text in [
+        "| CPU placement, s | 0.0400 |",
+        "| CPU total, s | 0.8000 |",
+        "processor seconds of all threads",
+    ] {
+        assert!(stages.contains(text), "`{text}` in {stages}");
+    }
+    assert!(
+        folder
+            .text("tables/stages.csv")
+            .contains(",cpu_seconds_placement,0.04,")
+    );
     for text in [
         "holds",
         "does not hold",
