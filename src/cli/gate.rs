@@ -142,8 +142,12 @@ fn describe(one: &Judged) -> String {
     let subject = [one.scene.as_str(), &one.at].join(" ");
     let subject = subject.trim_end();
     if one.verdict == Verdict::NoData {
+        let some = match one.repeats {
+            0 => "no seed has".to_owned(),
+            n => format!("only {n} of {} seeds have", one.seeds),
+        };
         return format!(
-            "{subject}: no data, because no seed has a finite value of all that is compared"
+            "{subject}: no data, because {some} a finite value of all that is compared"
         );
     }
     let interval = one.half_width.map_or_else(
@@ -242,6 +246,7 @@ mod tests {
                 larger_first: false,
                 half_width: None,
                 repeats: 1,
+                seeds: 1,
             }],
         }
     }
@@ -288,6 +293,8 @@ mod tests {
         let told = describe(&one);
         assert!(told.starts_with("s: no data"), "{told}");
         assert!(!told.contains("0.000"), "{told}");
+        one.seeds = 3;
+        assert!(describe(&one).contains("only 1 of 3 seeds have"));
     }
 
     #[test]

@@ -42,6 +42,9 @@ fn claim(out: &mut String, claim: &Claim) {
     for case in &claim.cases {
         let place = [case.scene.as_str(), case.at.as_str()].join(" ");
         let mut line = format!("  {:14}   {}: {}", "", place.trim(), case.verdict);
+        if case.ours.is_empty() && !case.margin.is_empty() {
+            line.push_str(&format!(", {}", case.margin));
+        }
         if !case.ours.is_empty() {
             line.push_str(&format!(", {}; by {}", case.ours, case.margin));
         }
