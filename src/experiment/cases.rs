@@ -127,6 +127,19 @@ impl Cases {
         self.rows.iter().filter(|row| !row.ok())
     }
 
+    /// The failed jobs with their reasons, a line each: `kitchen VGC seed 2: failed: …`.
+    pub fn failures(&self) -> Vec<String> {
+        let line = |row: &Row| {
+            let budget = match self.points.len() > 1 {
+                true => format!(" {}", row.budget),
+                false => String::new(),
+            };
+            let (scene, label) = (self.name_of(row), &row.label);
+            format!("{scene} {label}{budget} seed {}: {}", row.seed, row.status)
+        };
+        self.failed().map(line).collect()
+    }
+
     /// What rows say was left out, replaced or fell short.
     pub fn notes(&self) -> Vec<RowNote> {
         let mut notes: Vec<RowNote> = Vec::new();

@@ -112,6 +112,10 @@ impl BuildReport {
     pub fn sentences(&self) -> Vec<String> {
         let counted = [
             (
+                self.dropped_degenerate,
+                "triangles without an area are left out",
+            ),
+            (
                 self.dropped_non_finite,
                 "triangles that are not finite are left out",
             ),

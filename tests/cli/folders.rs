@@ -87,6 +87,12 @@ fn a_scene_that_does_not_load_fails_its_jobs_alone() {
             _ => assert_eq!(status, "ok"),
         }
     }
+    let gate = place.lightbench(&["gate", "out", "--junit", "gate.xml"]);
+    let junit = fs::read_to_string(place.path().join("gate.xml")).expect("written");
+    for text in [&gate.out, &junit] {
+        assert!(text.contains("room IM seed 1: failed: "), "{text}");
+        assert!(text.contains("floor.obj"), "{text}");
+    }
     // Once it is mended, only its jobs are run.
     place.write("room/floor.obj", FLOOR);
     let mended = place.lightbench(&["run", "mid.toml", "--out", "out"]);
