@@ -451,7 +451,7 @@ pub(super) fn notes(data: &Data, table: &mut Table) {
     notes.extend(lacking_note(table));
     let empty = |c: &&Cell| c.text == super::table::NOTHING && !c.published;
     if table.records.iter().any(|r| r.estimate.is_some()) && cells.iter().any(empty) {
-        notes.push("—: no value (no such stage, or its job failed or has not run).".into());
+        notes.push("—: no value (no such stage, or a run of it failed or is missing).".into());
     }
     table.notes = notes;
 }

@@ -254,7 +254,7 @@ fn a_failed_seed_is_no_data_in_any_mean() {
     assert!(change.contains("(n of m seeds)"), "{change}");
     let (_place, folder) = ratios("averages", &failed(), &[0.5, 0.4]);
     let averages = folder.text("tables/t.md");
-    assert!(averages.contains("| A | 0.150 ± "), "{averages}");
+    assert!(averages.contains("| A | 0.1500 ± "), "{averages}");
     assert!(averages.contains("| B | — | — |"), "{averages}");
     let (_place, folder) = ratios("methods", &failed(), &[0.5, 0.4]);
     let methods = folder.text("tables/t.md");
