@@ -60,6 +60,39 @@ fn a_mesh_that_was_edited_is_rendered_again() {
     assert_ne!(before["rmse"], after["rmse"]);
 }
 
+/// Nothing but its contents tells the second mesh from the first.
+#[test]
+fn a_mesh_of_the_same_size_and_time_is_rendered_again() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some(FLOOR));
+    place.write("ao.toml", &experiment("ambient-occlusion", "IM"));
+    let floor = place.path().join("room/floor.obj");
+    let run = || place.lightbench(&["run", "ao.toml"]);
+    assert_eq!(run().code, 0);
+    let before = place.rows("results/room")[0].clone();
+    let known = fs::metadata(&floor).expect("there");
+    place.write("room/floor.obj", &FLOOR.replace(" 0 ", " 1 "));
+    let file = fs::File::options().write(true).open(&floor);
+    let times = fs::FileTimes::new().set_modified(known.modified().expect("a time"));
+    file.and_then(|file| file.set_times(times))
+        .expect("settable");
+    let edited = fs::metadata(&floor).expect("there");
+    assert_eq!(edited.len(), known.len());
+    assert_eq!(
+        edited.modified().expect("a time"),
+        known.modified().expect("a time")
+    );
+    let again = run();
+    assert!(again.err.contains("1 jobs to run"), "{}", again.err);
+    let after = &place.rows("results/room")[0];
+    assert_ne!(before["reference"], after["reference"]);
+    assert_ne!(before["rmse"], after["rmse"]);
+    let references = fs::read_dir(place.path().join("results/references")).expect("a folder");
+    let names = references.map(|entry| entry.expect("entry").file_name());
+    let kept = names.filter(|name| name.to_string_lossy().ends_with(".exr"));
+    assert_eq!(kept.count(), 2, "each mesh has its own");
+}
+
 #[test]
 fn a_scene_that_does_not_load_fails_its_jobs_alone() {
     let place = Place::new();
