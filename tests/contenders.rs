@@ -206,6 +206,19 @@ impl World {
         Self { scene, tracer }
     }
 
+    /// The same without its shapes. No file gives such a scene: see the test that it is refused.
+    fn emptied(mut self) -> Self {
+        let scene = &mut self.scene;
+        scene.positions.clear();
+        scene.normals.clear();
+        scene.uvs.clear();
+        scene.triangles.clear();
+        scene.triangle_shape.clear();
+        scene.shapes.clear();
+        self.tracer = Tracer::new(&scene.positions, &scene.triangles);
+        self
+    }
+
     fn shot(&self, listed: &Listed, viewer: u16, spp: u32) -> Shot<'_> {
         listed.shot(Moment::still(&self.scene, &self.tracer), viewer, spp)
     }
@@ -274,8 +287,12 @@ fn scenes_without_light_and_views_of_nothing_are_exact() {
         for (description, sky, what) in [
             (room(0.0), 0.0, "black"),
             (nothing_seen(), 0.5, "nothing seen"),
+            (room(0.0), 0.5, "no shapes"),
         ] {
-            let world = World::new(&description, technique, sky);
+            let mut world = World::new(&description, technique, sky);
+            if what == "no shapes" {
+                world = world.emptied();
+            }
             let shot = world.shot(&listed, 0, 2);
             let choice = listed.choice(listed.budget(), 1);
             let rendered = choice.still(technique, &shot, None).expect("an image");
@@ -299,6 +316,20 @@ fn scenes_without_light_and_views_of_nothing_are_exact() {
             let exact = rendered.image.pixels.iter().flatten();
             assert!(exact.clone().all(|v| *v == expected), "{name}");
         }
+    }
+}
+
+#[test]
+fn scenes_without_shapes_are_refused() {
+    for entry in TECHNIQUES {
+        let technique = (entry.build)(&cheap(entry.about.id)).expect("parameters");
+        let description = SceneDescription {
+            shapes: vec![],
+            ..room(8.0)
+        };
+        let error = Scene::build(&description, technique.needs()).expect_err("nothing is there");
+        let told = error.to_string();
+        assert!(told.contains("nothing to render"), "{told}");
     }
 }
 

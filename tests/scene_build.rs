@@ -137,6 +137,13 @@ fn bad_geometry_is_dropped_and_counted() {
         (report.dropped_degenerate, report.dropped_non_finite),
         (2, 1)
     );
+    let told = report.sentences();
+    for sentence in [
+        "2 triangles without an area are left out",
+        "1 triangles that are not finite are left out",
+    ] {
+        assert!(told.iter().any(|text| text == sentence), "{told:?}");
+    }
     assert_eq!(report.repaired_normals, 1);
     assert_eq!(scene.normals, [Vec3::Z; 3]);
     folder.write("s/flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");

@@ -16,12 +16,16 @@ struct Gate {
     judged: Vec<Judged>,
 }
 
+/// Most failed jobs that are printed; a JUnit file has all.
+const MOST_FAILURES: usize = 20;
+
 /// What is known of the jobs that gates are judged by.
 struct Jobs {
     planned: usize,
     /// Without a row.
     missing: usize,
-    failed: usize,
+    /// Those that failed with their reasons, a line each.
+    failed: Vec<String>,
     /// What was replaced, left out or fell short, a line each.
     notes: Vec<String>,
 }
@@ -45,7 +49,7 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     let jobs = Jobs {
         planned: plan.jobs.len() + plan.in_other_shards(),
         missing: cases.missing(&plan.jobs).len() + plan.in_other_shards(),
-        failed: cases.failed().count(),
+        failed: cases.failures(),
         notes: notes(&plan, &cases),
     };
     for gate in &gates {
@@ -54,6 +58,13 @@ pub fn run(args: &GateArgs) -> Result<u8, Failure> {
     jobs.notes.iter().for_each(|note| tell!("note: {note}"));
     let some = if gates.len() == 1 { "" } else { "s" };
     say!("{} gate{some}, {}", gates.len(), jobs.describe());
+    jobs.failed
+        .iter()
+        .take(MOST_FAILURES)
+        .for_each(|job| say!("  {job}"));
+    if jobs.failed.len() > MOST_FAILURES {
+        say!("  and {} more", jobs.failed.len() - MOST_FAILURES);
+    }
     if let Some(file) = &args.junit {
         crate::files::write(file, junit(&plan.name, &gates, &jobs))?;
     }
@@ -82,13 +93,15 @@ fn notes(plan: &Plan, cases: &Cases) -> Vec<String> {
 
 impl Jobs {
     fn all_done(&self) -> bool {
-        self.missing == 0 && self.failed == 0
+        self.missing == 0 && self.failed.is_empty()
     }
 
     fn describe(&self) -> String {
         format!(
             "{} of {} jobs without a result, {} failed jobs",
-            self.missing, self.planned, self.failed
+            self.missing,
+            self.planned,
+            self.failed.len()
         )
     }
 }
@@ -106,7 +119,7 @@ fn exit_code(gates: &[Gate], jobs: &Jobs) -> u8 {
     let verdicts: Vec<Verdict> = gates.iter().map(|g| overall(&g.judged)).collect();
     if verdicts.contains(&Verdict::DoesNotHold) {
         exit::GATE_FAILED
-    } else if jobs.failed > 0 {
+    } else if !jobs.failed.is_empty() {
         exit::SOME_FAILED
     } else if jobs.missing > 0 || verdicts.is_empty() || verdicts.contains(&Verdict::NoData) {
         exit::GATE_NO_DATA
@@ -142,8 +155,12 @@ fn describe(one: &Judged) -> String {
     let subject = [one.scene.as_str(), &one.at].join(" ");
     let subject = subject.trim_end();
     if one.verdict == Verdict::NoData {
+        let some = match one.repeats {
+            0 => "no seed has".to_owned(),
+            n => format!("only {n} of {} seeds have", one.seeds),
+        };
         return format!(
-            "{subject}: no data, because no seed has a finite value of all that is compared"
+            "{subject}: no data, because {some} a finite value of all that is compared"
         );
     }
     let interval = one.half_width.map_or_else(
@@ -204,9 +221,10 @@ fn junit(name: &str, gates: &[Gate], jobs: &Jobs) -> String {
     if !jobs.all_done() {
         let _ = writeln!(
             xml,
-            "  <testcase classname=\"{}\" name=\"every job has a result\"><error message=\"{}\"/></testcase>",
+            "  <testcase classname=\"{}\" name=\"every job has a result\"><error message=\"{}\">{}</error></testcase>",
             escape(name),
-            escape(&jobs.describe())
+            escape(&jobs.describe()),
+            escape(&jobs.failed.join("\n"))
         );
     }
     if !jobs.notes.is_empty() {
@@ -242,6 +260,7 @@ mod tests {
                 larger_first: false,
                 half_width: None,
                 repeats: 1,
+                seeds: 1,
             }],
         }
     }
@@ -250,7 +269,9 @@ mod tests {
         Jobs {
             planned: 6,
             missing,
-            failed,
+            failed: (0..failed)
+                .map(|n| format!("kitchen A seed {n}: failed: no memory & no swap"))
+                .collect(),
             notes: Vec::new(),
         }
     }
@@ -268,6 +289,10 @@ mod tests {
         );
         let told = "3 of 6 jobs without a result, 1 failed jobs";
         assert!(xml.contains(told), "{xml}");
+        assert!(
+            xml.contains(">kitchen A seed 0: failed: no memory &amp; no swap</error>"),
+            "{xml}"
+        );
         let done = junit("x", &gates, &jobs(0, 0));
         assert!(
             done.contains("tests=\"1\" failures=\"0\" errors=\"0\""),
@@ -288,6 +313,8 @@ mod tests {
         let told = describe(&one);
         assert!(told.starts_with("s: no data"), "{told}");
         assert!(!told.contains("0.000"), "{told}");
+        one.seeds = 3;
+        assert!(describe(&one).contains("only 1 of 3 seeds have"));
     }
 
     #[test]

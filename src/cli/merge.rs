@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::args::MergeArgs;
 use super::exit::{self, Failure};
-use super::out;
+use super::{out, rivals};
 use crate::experiment::{Plan, Provenance, ReferenceStore, Row, Store, described};
 use crate::standard_error::tell;
 
@@ -40,6 +40,8 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
         }
         is_new
     });
+    rivals::leave_one_of_each(&mut united.jobs, &stores)?;
+    rivals::tell_of_other_reports(&stores);
     if united.in_other_shards() > 0 {
         let jobs = united.in_other_shards();
         tell!("note: {jobs} jobs are in shards that are not among these folders");

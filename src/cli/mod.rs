@@ -19,6 +19,7 @@ mod reference;
 mod render;
 mod replay;
 mod report;
+mod rivals;
 mod run;
 mod shard;
 

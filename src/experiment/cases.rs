@@ -1,7 +1,7 @@
 //! The cases of an experiment with the rows that are there: what tables, figures, claims and gates
 //! ask.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::case::{Case, NamedPlace, Place, Swept, name_places, place_named};
 use super::{Job, Row};
@@ -18,11 +18,9 @@ pub struct Cases {
     pub labels: Vec<String>,
     /// Combinations of swept values, in the order of the plan; one empty one without a sweep.
     pub points: Vec<Swept>,
-    /// Every seed that is expected of any case.
-    pub seeds: BTreeSet<u64>,
     technique: String,
-    /// Indices of the finished rows by seed; empty for a case that has none.
-    finished: HashMap<Case, BTreeMap<u64, usize>>,
+    /// For each seed that is expected the index of its row, if it finished.
+    runs: HashMap<Case, BTreeMap<u64, Option<usize>>>,
 }
 
 /// A text that rows carry in their notes, and the runs that it belongs to.
@@ -58,15 +56,14 @@ impl Cases {
             if points.insert(case.swept.clone()) {
                 cases.points.push(case.swept.clone());
             }
-            cases.seeds.insert(seed);
-            cases.finished.entry(case).or_default();
+            cases.runs.entry(case).or_default().insert(seed, None);
         }
         if cases.points.is_empty() {
             cases.points.push(Swept::default());
         }
         for (index, row) in rows.iter().enumerate().filter(|(_, row)| row.ok()) {
-            let of_case = cases.finished.entry(Case::of_row(row)).or_default();
-            of_case.entry(row.seed).or_insert(index);
+            let of_case = cases.runs.entry(Case::of_row(row)).or_default();
+            of_case.entry(row.seed).or_default().get_or_insert(index);
         }
         cases.rows = rows;
         cases
@@ -84,7 +81,7 @@ impl Cases {
 
     /// Whether any contender was to run at a place and a swept value.
     pub fn expects(&self, place: &Place, swept: &Swept) -> bool {
-        let known = |label: &String| self.finished.contains_key(&self.case(place, label, swept));
+        let known = |label: &String| self.runs.contains_key(&self.case(place, label, swept));
         self.labels.iter().any(known)
     }
 
@@ -102,14 +99,20 @@ impl Cases {
 
     /// Finished rows of a case by their seeds.
     pub fn rows_of(&self, case: &Case) -> impl Iterator<Item = &Row> {
-        let indices = self.finished.get(case).into_iter();
-        indices.flat_map(|seeds| seeds.values().map(|index| &self.rows[*index]))
+        let seeds = self.runs.get(case).into_iter().flatten();
+        seeds.filter_map(|(_, index)| Some(&self.rows[(*index)?]))
+    }
+
+    /// Seeds that are expected of a case, whether they finished or not.
+    pub fn seeds_of(&self, case: &Case) -> impl Iterator<Item = u64> {
+        let seeds = self.runs.get(case).into_iter().flatten();
+        seeds.map(|(seed, _)| *seed)
     }
 
     /// A column of a finished row; `None` where it is missing or not finite.
     pub fn value(&self, case: &Case, seed: u64, column: &str) -> Option<f64> {
-        let index = self.finished.get(case)?.get(&seed)?;
-        self.rows[*index].number(column).filter(|v| v.is_finite())
+        let index = (*self.runs.get(case)?.get(&seed)?)?;
+        self.rows[index].number(column).filter(|v| v.is_finite())
     }
 
     /// Jobs without a row.
@@ -122,6 +125,19 @@ impl Cases {
     /// Rows of jobs that failed.
     pub fn failed(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| !row.ok())
+    }
+
+    /// The failed jobs with their reasons, a line each: `kitchen VGC seed 2: failed: …`.
+    pub fn failures(&self) -> Vec<String> {
+        let line = |row: &Row| {
+            let budget = match self.points.len() > 1 {
+                true => format!(" {}", row.budget),
+                false => String::new(),
+            };
+            let (scene, label) = (self.name_of(row), &row.label);
+            format!("{scene} {label}{budget} seed {}: {}", row.seed, row.status)
+        };
+        self.failed().map(line).collect()
     }
 
     /// What rows say was left out, replaced or fell short.

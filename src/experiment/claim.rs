@@ -1,5 +1,7 @@
 //! Statements over rows, judged per scene and swept value with the spread over repeats.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use super::{Case, Cases, Expression, NamedPlace, Swept};
@@ -15,7 +17,7 @@ pub enum Verdict {
     Inconclusive,
     /// False beyond the interval (or of a single run).
     DoesNotHold,
-    /// No rows.
+    /// A run of those that are compared has no value: it failed, or is missing.
     NoData,
 }
 
@@ -38,6 +40,8 @@ pub struct Judged {
     pub half_width: Option<f64>,
     /// Seeds for which both sides have a value.
     pub repeats: usize,
+    /// Seeds that are expected of what is compared.
+    pub seeds: usize,
 }
 
 impl Judged {
@@ -105,27 +109,43 @@ impl Group<'_> {
     /// mean over the expected places, at the same swept values and seed. A mean that lacks a value of any
     /// place is no data.
     fn value(&self, column: &str, label: &str, seed: u64) -> Option<f64> {
-        let at = |label: &str, place: &NamedPlace| {
-            let case: Case = self.cases.case(&place.place, label, self.at);
-            self.cases.value(&case, seed, column)
-        };
+        let cases = self.cases_of(label).into_iter();
+        let values = cases.map(|case| self.cases.value(&case, seed, column));
+        let values: Vec<f64> = values.collect::<Option<_>>()?;
+        let count = Some(values.len()).filter(|count| *count > 0)?;
+        Some(values.iter().sum::<f64>() / count as f64)
+    }
+
+    /// The cases that a label stands for; none where no scene has the name behind its `@`.
+    fn cases_of(&self, label: &str) -> Vec<Case> {
         let (label, place) = match label.split_once('@') {
             None => (label, self.place),
             Some((label, EVERY_SCENE)) => (label, None),
-            Some((label, name)) => (label, Some(self.cases.place(name)?)),
+            Some((label, name)) => match self.cases.place(name) {
+                None => return Vec::new(),
+                place => (label, place),
+            },
         };
-        let Some(place) = place else {
-            let values = self.expected.iter().map(|place| at(label, place));
-            let values: Vec<f64> = values.collect::<Option<_>>()?;
-            return Some(values.iter().sum::<f64>() / values.len() as f64);
-        };
-        at(label, place)
+        let case = |place: &NamedPlace| self.cases.case(&place.place, label, self.at);
+        match place {
+            Some(place) => vec![case(place)],
+            None => self.expected.iter().map(|place| case(place)).collect(),
+        }
     }
 
+    /// The seeds that are expected of any case that a statement speaks of.
+    fn seeds(&self, expression: &Expression) -> BTreeSet<u64> {
+        let names = expression.names().into_iter();
+        let cases = names.flat_map(|(_, label)| self.cases_of(label));
+        cases
+            .flat_map(|case| self.cases.seeds_of(&case).collect::<Vec<_>>())
+            .collect()
+    }
+
+    /// With a seed that has no value on one side, the others say nothing: it may be the one that decides.
     fn judge(&self, expression: &Expression) -> Judged {
-        let sides: Vec<(f64, f64)> = self
-            .cases
-            .seeds
+        let seeds = self.seeds(expression);
+        let sides: Vec<(f64, f64)> = seeds
             .iter()
             .filter_map(|&seed| {
                 let value = |column: &str, label: &str| self.value(column, label, seed);
@@ -142,7 +162,7 @@ impl Group<'_> {
         let margin = larger - smaller;
         // Without a spread, as of one run or of counts, there is nothing to be in doubt about.
         let is_open = half_width.is_some_and(|half| half > 0.0 && margin.abs() <= half);
-        let verdict = if n == 0 || !margin.is_finite() {
+        let verdict = if n == 0 || n < seeds.len() || !margin.is_finite() {
             Verdict::NoData
         } else if is_open {
             Verdict::Inconclusive
@@ -160,6 +180,7 @@ impl Group<'_> {
             larger_first: expression.larger_first(),
             half_width,
             repeats: n,
+            seeds: seeds.len(),
         }
     }
 }
@@ -224,6 +245,28 @@ mod tests {
         assert_eq!(of(&rows), Verdict::NoData);
         rows.remove(2);
         assert_eq!(of(&rows), Verdict::NoData);
+    }
+
+    #[test]
+    fn a_failed_or_missing_seed_is_no_data() {
+        let run = |label, seed, rmse| on("easy", row(label, seed, rmse));
+        let mut rows: Vec<Row> = (1..4)
+            .flat_map(|seed| [run("A", seed, 0.1), run("B", seed, 0.2)])
+            .collect();
+        assert_eq!(verdict(&rows), Verdict::Holds);
+        rows[2].status = "failed: it crashed with this seed".into();
+        let failed = judged("rmse(A) < rmse(B)", &rows).remove(0);
+        assert_eq!(failed.verdict, Verdict::NoData);
+        assert_eq!((failed.repeats, failed.seeds), (2, 3));
+        rows.remove(2);
+        for statement in [
+            "rmse(A) < rmse(B)",
+            "rmse(A@*) < rmse(B@*)",
+            "rmse(A@easy) < rmse(B)",
+        ] {
+            assert_eq!(overall(&judged(statement, &rows)), Verdict::NoData);
+        }
+        assert_eq!(overall(&judged("rmse(B) < 1", &rows)), Verdict::Holds);
     }
 
     #[test]

@@ -183,8 +183,8 @@ pub struct SceneChoice {
     /// Replaces the scene's longest paths, edges.
     #[serde(default)]
     pub max_depth: Option<u32>,
-    /// Says that meshes and textures of the scene are known to be absent, so that it is used without
-    /// them; otherwise absent files are an error.
+    /// Says that meshes, textures and material libraries of the scene are known to be absent, so that it is
+    /// used without them; otherwise absent files are an error.
     #[serde(default)]
     pub incomplete: bool,
     /// Hard cases: the whole scene, camera included, is scaled, then moved (scene units after

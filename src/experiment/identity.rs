@@ -54,6 +54,7 @@ pub fn scene_key(description: &SceneDescription) -> String {
         // What is told of them changes no picture.
         clips: _,
         notes: _,
+        absent_libraries: _,
     } = description;
     let mut shown = vec![
         json!(FORMAT),

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use toml::Value;
 
 use super::config::{Config, ConfigError, Source};
-use super::overrides::Override;
 use super::plan::Plan;
 use super::reference_store::REFERENCES;
+use super::sweep::Sweep;
 
 /// Most jobs of a plan: as many as lists and pages of them are good for.
 const MOST_JOBS: u64 = 1_000_000;
@@ -32,12 +32,8 @@ pub(super) fn check_count(
 }
 
 /// Refuses swept keys without values, and values that are listed twice.
-pub(super) fn check_axes(
-    source: &Source,
-    axes: &BTreeMap<String, Vec<Value>>,
-    overrides: &[Override],
-) -> Result<(), ConfigError> {
-    for (key, values) in axes {
+pub(super) fn check_axes(sweep: &Sweep) -> Result<(), ConfigError> {
+    for (key, values) in &sweep.axes {
         let twice = values
             .iter()
             .enumerate()
@@ -49,13 +45,7 @@ pub(super) fn check_axes(
                 format!("`{key}` is swept over {value} twice: list each value once")
             }
         };
-        return Err(match overrides.iter().find(|o| o.key == *key) {
-            None => source.error(&["sweep", key], message),
-            Some(written) => ConfigError::Override {
-                text: written.to_string(),
-                message,
-            },
-        });
+        return Err(sweep.error(key, message));
     }
     Ok(())
 }
@@ -71,7 +61,7 @@ impl Config {
     pub(crate) fn check(source: &Source, config: &Self) -> Result<(), ConfigError> {
         check_numbers(source)?;
         check_names(source, config)?;
-        check_axes(source, &config.sweep, &[])?;
+        check_axes(&Sweep::new(source, &config.sweep, &[]))?;
         check_count(source, config, &config.sweep)
     }
 }
@@ -213,6 +203,7 @@ pub(super) fn check_jobs(source: &Source, config: &Config, plan: &Plan) -> Resul
 
 #[cfg(test)]
 mod tests {
+    use super::super::overrides::Override;
     use super::*;
 
     #[test]
@@ -293,7 +284,7 @@ mod tests {
                 file: "c.toml".into(),
                 text,
             };
-            check_axes(&source, &axes, &[]).map_err(|error| error.to_string())
+            check_axes(&Sweep::new(&source, &axes, &[])).map_err(|error| error.to_string())
         };
         check("caches = [1, 2]\nspp = [1]").expect("sound");
         let error = check("caches = []").expect_err("empty");
@@ -305,9 +296,9 @@ mod tests {
             let error = check(&format!("caches = {twice}")).expect_err(twice);
             assert!(error.contains("twice"), "{error}");
         }
-        let twice = Override::parse("spp=1,1").expect("reads");
-        let axes = BTreeMap::from([(twice.key.clone(), twice.values.clone())]);
-        let error = check_axes(&Source::default(), &axes, &[twice]).expect_err("an override");
+        let twice = [Override::parse("spp=1,1").expect("reads")];
+        let (source, none) = (Source::default(), BTreeMap::new());
+        let error = check_axes(&Sweep::new(&source, &none, &twice)).expect_err("an override");
         let error = error.to_string();
         assert!(error.starts_with("override `spp=1,1`: "), "{error}");
     }

@@ -41,6 +41,7 @@ mod sequence;
 mod shipped;
 mod store;
 mod suite;
+mod sweep;
 mod truths;
 
 pub use budget::Budget;

@@ -58,6 +58,14 @@ impl Override {
     }
 }
 
+/// Keys and values of the overrides that sweep nothing.
+pub(super) fn single(overrides: &[Override]) -> Vec<(String, Value)> {
+    let single = overrides.iter().filter(|o| o.values.len() == 1);
+    single
+        .map(|o| (o.key.clone(), o.values[0].clone()))
+        .collect()
+}
+
 /// A TOML scalar or array; bare words are strings.
 fn scalar(text: &str) -> Value {
     format!("value = {text}")

@@ -1,6 +1,6 @@
 //! From a config and overrides to the frozen list of jobs.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,10 +12,11 @@ use super::budget::Budget;
 use super::config::{Config, ConfigError, SceneTransform, Source};
 use super::darkness;
 use super::limits;
-use super::overrides::Override;
+use super::overrides::{self, Override};
 use super::scene_key;
 use super::scenes::{Additions, FoundScene, find_scenes};
 use super::sequence::Sequence;
+use super::sweep::Sweep;
 use crate::technique::{Casts, Choice, Technique, TechniqueEntry, Terms};
 
 /// A resolved experiment: nothing is left to decide before rays are traced.
@@ -84,7 +85,7 @@ pub struct Job {
     /// In place of what the scene declares.
     #[serde(default)]
     pub max_depth: Option<u32>,
-    /// Whether meshes and textures of the scene may be absent.
+    /// Whether meshes, textures and material libraries of the scene may be absent.
     #[serde(default)]
     pub incomplete: bool,
     /// Canonical id of what is computed.
@@ -191,26 +192,16 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
     let written: Config = source.parse()?;
     let changed = overrides.iter().map(|o| &o.key);
     Additions::refuse_overrides(changed.chain(written.sweep.keys()))?;
-    let single: Vec<(String, Value)> = overrides
-        .iter()
-        .filter(|o| o.values.len() == 1)
-        .map(|o| (o.key.clone(), o.values[0].clone()))
-        .collect();
+    let single = overrides::single(overrides);
     let base = if single.is_empty() {
         written
     } else {
         source.parse_with(&single)?
     };
-    let mut axes: BTreeMap<String, Vec<Value>> = base.sweep.clone();
-    for o in overrides.iter().filter(|o| o.values.len() > 1) {
-        axes.insert(o.key.clone(), o.values.clone());
-    }
-    for key in single.iter().map(|(k, _)| k) {
-        axes.remove(key);
-    }
+    let sweep = Sweep::new(source, &base.sweep, overrides);
     limits::check_names(source, &base)?;
-    limits::check_axes(source, &axes, overrides)?;
-    limits::check_count(source, &base, &axes)?;
+    limits::check_axes(&sweep)?;
+    limits::check_count(source, &base, &sweep.axes)?;
     let mut plan = Plan {
         name: base.name.clone(),
         title: base.title.clone(),
@@ -222,7 +213,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         all: Vec::new(),
     };
     let mut cases = HashMap::new();
-    for combination in combinations(&axes) {
+    for combination in sweep.combinations() {
         let mut settings = single.clone();
         settings.extend(combination.iter().map(|(k, v)| (k.clone(), v.clone())));
         let config = if combination.is_empty() {
@@ -250,27 +241,9 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         order.entry(job.scene.clone()).or_insert(next);
     }
     plan.jobs.sort_by_key(|job| order[&job.scene]);
-    // A swept key that a method does not have gives the same job again.
-    let mut seen = HashSet::new();
-    plan.jobs.retain(|job| seen.insert(job.place()));
+    sweep.leave_each_once(&mut plan.jobs)?;
     plan.all.clone_from(&plan.jobs);
     Ok((base, plan))
-}
-
-/// All combinations of the swept values, in the order of keys and values.
-fn combinations(axes: &BTreeMap<String, Vec<Value>>) -> Vec<BTreeMap<String, Value>> {
-    axes.iter()
-        .fold(vec![BTreeMap::new()], |done, (key, values)| {
-            done.iter()
-                .flat_map(|combination| {
-                    values.iter().map(|value| {
-                        let mut next = combination.clone();
-                        next.insert(key.clone(), value.clone());
-                        next
-                    })
-                })
-                .collect()
-        })
 }
 
 pub(super) struct Planner<'a> {

@@ -16,8 +16,8 @@ pub struct TableSpec {
     #[serde(default)]
     pub title: String,
     /// `methods` (one line a method, columns scene × metric), `averages` (one line a method, means over
-    /// the scenes and mean ranks; `[[published]]` numbers of scene `*` stand beside), `stages` (one line a stage, columns
-    /// scene × method), `sweep` (one line a method, columns the swept values), `change` (one line a method,
+    /// the scenes and mean ranks; `[[published]]` numbers of scene `*` stand beside), `stages` (processor seconds, one line a stage,
+    /// columns scene × method), `sweep` (one line a method, columns the swept values), `change` (one line a method,
     /// its error against the first method's at the same budgets), `equal-cost` (at equal `cost`),
     /// `equal-error` (its `cost` against the first method's at equal error).
     #[serde(default = "methods_kind")]
@@ -38,7 +38,7 @@ pub enum TableKind {
     Methods,
     /// A line for each method: means over the scenes, and mean ranks.
     Averages,
-    /// A line for each stage, columns scene × method.
+    /// A line for each stage: its processor seconds, columns scene × method.
     Stages,
     /// A line for each method, columns the swept values.
     Sweep,

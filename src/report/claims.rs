@@ -103,7 +103,11 @@ fn case_of(data: &Data, expression: &Expression, judged: &Judged) -> CaseOf {
         } else {
             String::new()
         },
-        margin: if there { margin(judged) } else { String::new() },
+        margin: match judged.repeats {
+            _ if there => margin(judged),
+            0 => String::new(),
+            n => format!("only {n} of {} seeds", judged.seeds),
+        },
         paper: scene
             .zip(point)
             .and_then(|(scene, point)| paper_sides(data, expression, scene, point))

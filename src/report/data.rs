@@ -132,22 +132,29 @@ impl Data {
     }
 
     /// Mean and interval of a column over the repeats of a case; values that are missing or not
-    /// finite are left out. `None` when nothing is left.
+    /// finite are left out, which the estimate tells. `None` when nothing is left.
     pub fn estimate(&self, asked: Asked, column: &str) -> Option<Estimate> {
         if asked.scene.is_all() {
             return self.mean_of_scenes(asked, column);
         }
         let case = self.case(asked);
-        let seeds = self.cases.seeds.iter();
-        let value = |seed: &u64| Some((*seed, self.cases.value(&case, *seed, column)?));
-        Estimate::new(seeds.filter_map(value).collect())
+        let seeds = self.cases.seeds_of(&case);
+        let value = |seed| Some((seed, self.cases.value(&case, seed, column)?));
+        let estimate = Estimate::new(seeds.filter_map(value).collect())?;
+        Some(estimate.of_expected(self.cases.seeds_of(&case).count()))
     }
 
-    /// For each seed the mean over the scenes, as long as all of them have a value.
+    /// The same where every seed has a value: what means, ranks and other comparisons of scenes are made of.
+    pub fn whole(&self, asked: Asked, column: &str) -> Option<Estimate> {
+        let estimate = self.estimate(asked, column);
+        estimate.filter(Estimate::is_whole)
+    }
+
+    /// For each seed the mean over the scenes, as long as all of them have a value with every seed.
     fn mean_of_scenes(&self, asked: Asked, column: &str) -> Option<Estimate> {
         let scenes = self.expected(asked.point);
         let estimates: Vec<Estimate> = scenes
-            .map(|scene| self.estimate(Asked { scene, ..asked }, column))
+            .map(|scene| self.whole(Asked { scene, ..asked }, column))
             .collect::<Option<_>>()?;
         Estimate::mean_of(&estimates)
     }

@@ -11,6 +11,8 @@ pub struct Estimate {
     /// Half width of the 95 % confidence interval of the mean; `None` for a single value.
     pub half_width: Option<f64>,
     pub(super) by_seed: BTreeMap<u64, f64>,
+    /// How many seeds are expected: more than there are where a run failed or is missing.
+    pub expected: usize,
 }
 
 impl Estimate {
@@ -23,12 +25,26 @@ impl Estimate {
         Some(Self {
             mean: if equal { values[0] } else { summary.mean },
             half_width: summary.half_width.map(|h| if equal { 0.0 } else { h }),
+            expected: by_seed.len(),
             by_seed,
         })
     }
 
-    /// The mean of several quantities, seed by seed; seeds that any of them lacks are left out.
+    /// The same where so many seeds are expected.
+    pub fn of_expected(self, expected: usize) -> Self {
+        Self { expected, ..self }
+    }
+
+    /// Whether every seed that is expected has a value.
+    pub fn is_whole(&self) -> bool {
+        self.repeats() >= self.expected
+    }
+
+    /// The mean of several quantities, seed by seed; `None` where one of them lacks a seed.
     pub fn mean_of(estimates: &[Self]) -> Option<Self> {
+        if !estimates.iter().all(Self::is_whole) {
+            return None;
+        }
         let seeds = estimates.first()?.by_seed.keys();
         let mean = |seed: &u64| {
             let values = estimates.iter().map(|e| e.by_seed.get(seed).copied());
@@ -75,11 +91,13 @@ pub enum Standing {
     Tied,
 }
 
-/// Marks the best estimate and those tied with it. With fewer than two rivals, or when all means are
-/// equal, nothing is marked.
+/// Marks the best estimate and those tied with it; one that lacks a seed is no rival. With fewer than two
+/// rivals, or when all means are equal, nothing is marked.
 pub fn standings(rivals: &[Option<&Estimate>], lower_is_better: bool) -> Vec<Standing> {
     let key = |e: &Estimate| if lower_is_better { e.mean } else { -e.mean };
-    let present: Vec<&Estimate> = rivals.iter().flatten().copied().collect();
+    let whole = |rival: &Option<&Estimate>| rival.is_some_and(Estimate::is_whole);
+    let present = rivals.iter().filter(|rival| whole(rival)).flatten();
+    let present: Vec<&Estimate> = present.copied().collect();
     let best = present
         .iter()
         .copied()
@@ -90,6 +108,7 @@ pub fn standings(rivals: &[Option<&Estimate>], lower_is_better: bool) -> Vec<Sta
     rivals
         .iter()
         .map(|rival| match rival {
+            Some(e) if !e.is_whole() => Standing::Plain,
             Some(e) if e.mean == best.mean => Standing::Best,
             Some(e) if e.ties(best) => Standing::Tied,
             _ => Standing::Plain,
@@ -148,6 +167,17 @@ mod tests {
         assert_eq!(standings(&[], true), []);
         assert!(Estimate::new(BTreeMap::new()).is_none());
         assert!(Estimate::exact(f64::NAN).is_none());
+    }
+
+    #[test]
+    fn without_one_of_its_seeds_nothing_is_best_or_part_of_a_mean() {
+        let (a, b) = (estimate(&[1.0, 2.0]), estimate(&[3.0, 4.0]));
+        let partial = estimate(&[0.1]).of_expected(2);
+        let marks = standings(&[Some(&a), Some(&partial), Some(&b)], true);
+        assert_eq!(marks, [Standing::Best, Standing::Plain, Standing::Plain]);
+        let mean = Estimate::mean_of(&[a.clone(), b]).map(|e| e.mean);
+        assert_eq!(mean, Some(2.5));
+        assert_eq!(Estimate::mean_of(&[a, partial]), None);
     }
 
     #[test]

@@ -32,6 +32,7 @@ mod pixels;
 mod plot;
 mod published;
 mod ranking;
+mod ratio;
 mod references;
 mod sheet;
 mod shots;

@@ -75,13 +75,22 @@ impl Style {
         })
     }
 
-    /// `mean ± half width`.
+    /// `mean ± half width`, and over how many seeds it is where it lacks some.
     pub fn estimate(&self, estimate: &Estimate) -> String {
         let mean = self.number(estimate.mean);
+        let lacking = lacking(estimate);
         match self.half_width(estimate) {
-            Some(half) => format!("{mean} ± {half}"),
-            None => mean,
+            Some(half) => format!("{mean} ± {half}{lacking}"),
+            None => format!("{mean}{lacking}"),
         }
+    }
+}
+
+/// ` (2 of 3 seeds)`, or nothing where all are there.
+pub fn lacking(estimate: &Estimate) -> String {
+    match estimate.is_whole() {
+        true => String::new(),
+        false => format!(" ({} of {} seeds)", estimate.repeats(), estimate.expected),
     }
 }
 

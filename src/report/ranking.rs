@@ -172,7 +172,7 @@ fn of_map(
                 label,
                 point: &data.points()[0],
             };
-            Some(data.estimate(case, &column.key)?.mean)
+            Some(data.whole(case, &column.key)?.mean)
         });
         let values: Vec<f64> = values.collect::<Option<_>>()?;
         let mean = values.iter().sum::<f64>() / values.len() as f64;

@@ -1,40 +1,65 @@
-//! Where the time of each method went, as the papers' stage profiles.
+//! Where the processor time of each method went, as the papers' stage profiles.
 
-use super::data::Data;
+use super::data::{Data, SceneOf};
 use super::table::{Block, Group, Line, Table};
 use super::table_kinds::{column_of, notes, ours, start, style_of, theirs};
 use crate::experiment::TableSpec;
-use crate::experiment::{Column, Unit};
+use crate::experiment::{Column, Swept, Unit};
+
+/// The columns of a stage: ours, and what papers print of it.
+struct Stage {
+    /// Processor seconds of all threads.
+    cpu: String,
+    /// Seconds.
+    wall: String,
+}
+
+impl Stage {
+    fn of(name: &str) -> Self {
+        Self {
+            cpu: format!("cpu_seconds_{name}"),
+            wall: format!("seconds_{name}"),
+        }
+    }
+
+    fn published(
+        &self,
+        data: &Data,
+        scene: &SceneOf,
+        (label, point): (&str, &Swept),
+    ) -> Option<f64> {
+        data.published(scene, (label, point), &self.wall)
+    }
+}
 
 /// One line a stage, columns scene × method.
 pub fn stages(data: &Data, spec: &TableSpec) -> Table {
-    let mut keys: Vec<String> = stage_order(data)
-        .iter()
-        .map(|s| format!("seconds_{s}"))
-        .collect();
-    keys.push("seconds_total".into());
-    let style = style_of(data, &keys, Unit::Seconds);
+    let mut stages: Vec<Stage> = stage_order(data).iter().map(|s| Stage::of(s)).collect();
+    stages.push(Stage::of("total"));
+    let keys = stages.iter().flat_map(|s| [s.cpu.clone(), s.wall.clone()]);
+    let style = style_of(data, &keys.collect::<Vec<_>>(), Unit::Seconds);
     let mut table = start(spec, "Stage");
-    let heading = |key: &str| match key {
-        "seconds_total" => format!("total, {}", style.unit),
-        _ => format!("{}, {}", Column::of(key).heading, style.unit),
+    let heading = |stage: &Stage| match stage.wall.as_str() {
+        "seconds_total" => format!("CPU total, {}", style.unit),
+        _ => format!("{}, {}", Column::of(&stage.cpu).heading, style.unit),
     };
-    let mut lines: Vec<Line> = keys
+    let mut lines: Vec<Line> = stages
         .iter()
-        .map(|key| Line {
-            heading: heading(key),
+        .map(|stage| Line {
+            heading: heading(stage),
             cells: Vec::new(),
         })
         .collect();
     for scene in &data.scenes {
         for point in data.points() {
+            let printed = |label: &String, stage: &Stage| {
+                let value = stage.published(data, scene, (label, point));
+                value.is_some()
+            };
             let beside: Vec<bool> = data
                 .labels()
                 .iter()
-                .map(|l| {
-                    keys.iter()
-                        .any(|k| data.published(scene, (l, point), k).is_some())
-                })
+                .map(|label| stages.iter().any(|stage| printed(label, stage)))
                 .collect();
             let mut group = Group {
                 heading: [scene.title(), point.text()].join(" ").trim().to_owned(),
@@ -44,18 +69,21 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
                 group.columns.push(label.clone());
                 group.columns.extend(beside.then(|| "paper".to_owned()));
             }
-            for (line, key) in lines.iter_mut().zip(&keys) {
+            for (line, stage) in lines.iter_mut().zip(&stages) {
                 let column = Column {
                     lower_is_better: None,
-                    ..Column::of(key)
+                    ..Column::of(&stage.cpu)
                 };
+                let first = table.records.len();
                 let found = column_of(data, (scene, point), &column, &mut table.records);
-                for ((label, beside), (estimate, standing)) in
-                    data.labels().iter().zip(&beside).zip(found)
+                let records = table.records[first..].iter_mut();
+                for (((label, beside), (estimate, standing)), record) in
+                    data.labels().iter().zip(&beside).zip(found).zip(records)
                 {
                     line.cells.push(ours(estimate.as_ref(), standing, &style));
-                    let value = data.published(scene, (label, point), key);
-                    line.cells.extend(beside.then(|| theirs(value, &style)));
+                    record.published = stage.published(data, scene, (label, point));
+                    line.cells
+                        .extend(beside.then(|| theirs(record.published, &style)));
                 }
             }
             table.groups.push(group);
@@ -66,6 +94,15 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
         lines,
     });
     notes(data, &mut table);
+    let is_printed = table.records.iter().any(|r| r.published.is_some());
+    table.notes.push(format!(
+        "CPU: processor seconds of all threads{}.",
+        if is_printed {
+            "; of a paper the seconds that it prints"
+        } else {
+            ""
+        }
+    ));
     table
 }
 

@@ -42,6 +42,9 @@ fn claim(out: &mut String, claim: &Claim) {
     for case in &claim.cases {
         let place = [case.scene.as_str(), case.at.as_str()].join(" ");
         let mut line = format!("  {:14}   {}: {}", "", place.trim(), case.verdict);
+        if case.ours.is_empty() && !case.margin.is_empty() {
+            line.push_str(&format!(", {}", case.margin));
+        }
         if !case.ours.is_empty() {
             line.push_str(&format!(", {}; by {}", case.ours, case.margin));
         }
@@ -55,21 +58,7 @@ fn claim(out: &mut String, claim: &Claim) {
 /// Stand-ins, failed and missing jobs, and the rows' own notes, a sentence each.
 pub fn shortfalls(data: &Data) -> Vec<String> {
     let mut lines = data.plan.notes.clone();
-    for row in data.failed() {
-        let sweep = data.points().len() > 1;
-        let budget = if sweep {
-            format!(" {}", row.budget)
-        } else {
-            String::new()
-        };
-        lines.push(format!(
-            "{} {}{budget} seed {}: {}",
-            data.cases.name_of(row),
-            row.label,
-            row.seed,
-            row.status
-        ));
-    }
+    lines.extend(data.cases.failures());
     let missing = data.missing().len();
     if missing > 0 {
         lines.push(format!(

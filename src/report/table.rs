@@ -60,6 +60,10 @@ pub struct Record {
     pub method: String,
     pub metric: String,
     pub estimate: Option<Estimate>,
+    /// Of an interval that is not even: its ends.
+    pub ends: Option<[f64; 2]>,
+    /// Of a ratio of curves: how many budgets of the first method it rests on.
+    pub budgets: Option<usize>,
     pub published: Option<f64>,
     pub standing: Standing,
 }
@@ -69,6 +73,18 @@ const LETTERS_BETWEEN: usize = 2;
 
 /// What stands where there is no number.
 pub const NOTHING: &str = "—";
+
+impl Record {
+    /// The ends of its 95 % interval, if it has one.
+    pub fn interval(&self) -> Option<[f64; 2]> {
+        let even = || {
+            let estimate = self.estimate.as_ref()?;
+            let half = estimate.half_width?;
+            Some([estimate.mean - half, estimate.mean + half])
+        };
+        self.ends.or_else(even)
+    }
+}
 
 impl Cell {
     pub fn empty() -> Self {

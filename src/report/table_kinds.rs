@@ -155,6 +155,8 @@ pub(super) fn column_of(
             method: label.clone(),
             metric: column.key.clone(),
             estimate: estimate.clone(),
+            ends: None,
+            budgets: None,
             published: data.published(scene, (label, point), &column.key),
             standing: *standing,
         });
@@ -284,15 +286,16 @@ fn tells_apart(data: &Data, column: &Column) -> bool {
     })
 }
 
-/// The rank of each method, averaged over the scenes: among the methods that have a value in every scene;
-/// the others have no rank.
+/// The rank of each method, averaged over the scenes: among the methods that have a value in every scene with
+/// every seed; the others have no rank.
 fn mean_ranks(data: &Data, point: &Swept, column: &Column) -> Vec<Cell> {
     let lower = column.lower_is_better.unwrap_or(true);
     let by_scene: Vec<Vec<Option<Estimate>>> = data
         .expected(point)
         .map(|scene| {
             let column = column_of(data, (scene, point), column, &mut Vec::new());
-            column.into_iter().map(|(estimate, _)| estimate).collect()
+            let estimates = column.into_iter().map(|(estimate, _)| estimate);
+            estimates.map(|e| e.filter(Estimate::is_whole)).collect()
         })
         .collect();
     let everywhere = |method: &usize| by_scene.iter().all(|scene| scene[*method].is_some());
@@ -406,6 +409,16 @@ pub(super) fn repeats_note(table: &Table, interval: &str) -> String {
     }
 }
 
+/// What cells with fewer seeds than are expected are, if there are some.
+pub(super) fn lacking_note(table: &Table) -> Option<String> {
+    let mut estimates = table.records.iter().filter_map(|r| r.estimate.as_ref());
+    let lacks = estimates.any(|e| !e.is_whole());
+    lacks.then(|| {
+        "(n of m seeds): runs with the others failed, are missing or have no such value; what lacks a seed is no rival          in its column, and no data in means over scenes, ranks, claims and gates."
+            .to_owned()
+    })
+}
+
 /// How to read the numbers: what is in the table decides what is said.
 pub(super) fn notes(data: &Data, table: &mut Table) {
     let cells: Vec<&Cell> = table
@@ -435,9 +448,10 @@ pub(super) fn notes(data: &Data, table: &mut Table) {
             places.join(", ")
         ));
     }
+    notes.extend(lacking_note(table));
     let empty = |c: &&Cell| c.text == super::table::NOTHING && !c.published;
     if table.records.iter().any(|r| r.estimate.is_some()) && cells.iter().any(empty) {
-        notes.push("—: no value (no such stage, or its job failed or has not run).".into());
+        notes.push("—: no value (no such stage, or a run of it failed or is missing).".into());
     }
     table.notes = notes;
 }

@@ -20,6 +20,10 @@ pub fn csv(table: &Table) -> io::Result<String> {
         "repeats",
         "published",
         "standing",
+        "low_95",
+        "high_95",
+        "seeds",
+        "budgets",
     ])?;
     let optional = |v: Option<f64>| v.map(|v| v.to_string()).unwrap_or_default();
     for record in &table.records {
@@ -39,6 +43,10 @@ pub fn csv(table: &Table) -> io::Result<String> {
                 Standing::Tied => "tied",
                 Standing::Plain => "",
             },
+            &optional(record.interval().map(|[low, _]| low)),
+            &optional(record.interval().map(|[_, high]| high)),
+            &estimate.map_or(0, |e| e.expected).to_string(),
+            &record.budgets.map(|n| n.to_string()).unwrap_or_default(),
         ])?;
     }
     let bytes = writer.into_inner().map_err(|e| e.into_error())?;

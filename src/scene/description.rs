@@ -40,6 +40,8 @@ pub struct SceneDescription {
     pub shapes: Vec<ShapeDescription>,
     /// Index 0 is used by shapes that name no material.
     pub materials: Vec<Material>,
+    /// Material libraries that cannot be read, of which faces use materials; a grey stands for these.
+    pub absent_libraries: Vec<PathBuf>,
     /// What materials, emission and opacity masks look up; named by index.
     pub textures: Vec<TextureDescription>,
     /// Lights without extent.

@@ -12,7 +12,7 @@ struct Absent {
 
 impl SceneDescription {
     /// Fails when a file that the technique needs is absent. Where the scene is `incomplete` by
-    /// declaration, meshes and textures may be; what shines may not, because nothing stands for it.
+    /// declaration, meshes, textures and material libraries may be; what shines may not, because nothing stands for it.
     ///
     /// # Errors
     /// [`SceneError::Scene`] with the files and what to do.
@@ -94,6 +94,13 @@ impl SceneDescription {
                     }),
             );
         }
+        if needs.materials {
+            let libraries = self.absent_libraries.iter();
+            absent.extend(libraries.map(|path| Absent {
+                what: format!("material library {}", path.display()),
+                shines: false,
+            }));
+        }
         // What shines first: no declaration helps there.
         absent.sort_by_key(|a| !a.shines);
         absent
@@ -104,6 +111,10 @@ impl BuildReport {
     /// All that was left out, repaired, approximated or replaced, a sentence each.
     pub fn sentences(&self) -> Vec<String> {
         let counted = [
+            (
+                self.dropped_degenerate,
+                "triangles without an area are left out",
+            ),
             (
                 self.dropped_non_finite,
                 "triangles that are not finite are left out",

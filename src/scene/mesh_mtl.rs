@@ -87,12 +87,23 @@ impl MtlMaterial {
     }
 }
 
-/// The materials that the faces of an OBJ file use, in order of use, and notes on what is absent.
-/// Empty if the file is absent or names no materials.
-pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>), SceneError> {
+/// The materials of an OBJ file.
+#[derive(Debug, Default)]
+pub(super) struct ObjMaterials {
+    /// Those that faces use, in order of use; empty if the file is absent or names none.
+    pub materials: Vec<MtlMaterial>,
+    /// What is absent, or not understood.
+    pub notes: Vec<String>,
+    /// Libraries that cannot be read, where a face uses a material that no other one has.
+    pub absent_libraries: Vec<PathBuf>,
+}
+
+/// Reads the libraries that an OBJ file names.
+pub(super) fn materials_of(obj: &Path) -> Result<ObjMaterials, SceneError> {
     let mut notes = Vec::new();
+    let mut absent_libraries = Vec::new();
     if !obj.exists() {
-        return Ok((Vec::new(), notes));
+        return Ok(ObjMaterials::default());
     }
     let bytes = std::fs::read(obj).map_err(|e| file_error(obj, e.to_string()))?;
     let text = plain_obj(&bytes).text;
@@ -108,13 +119,17 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
                 Ok(bytes) => declared.extend(parse_mtl(&decoded(&bytes), &library, &mut notes)),
                 Err(error) => {
                     notes.push(format!("material library {}: {error}", library.display()));
+                    absent_libraries.push(library);
                 }
             }
         }
     }
     let used = used_materials(&text);
     if used.is_empty() {
-        return Ok((Vec::new(), notes));
+        return Ok(ObjMaterials {
+            notes,
+            ..ObjMaterials::default()
+        });
     }
     let mut by_name = HashMap::new();
     for material in &declared {
@@ -131,6 +146,9 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
     // Faces before the first `usemtl` have the material without a name.
     let nameless = until_first.any(|l| value_of(l, "f").is_some());
     let nameless = nameless.then(|| MtlMaterial::grey(""));
+    if used.iter().all(|name| by_name.contains_key(name)) {
+        absent_libraries.clear();
+    }
     let named = used
         .iter()
         .map(|name| match by_name.get(name) {
@@ -143,7 +161,11 @@ pub(super) fn materials_of(obj: &Path) -> Result<(Vec<MtlMaterial>, Vec<String>)
             }
         })
         .collect::<Vec<_>>();
-    Ok((nameless.into_iter().chain(named).collect(), notes))
+    Ok(ObjMaterials {
+        materials: nameless.into_iter().chain(named).collect(),
+        notes,
+        absent_libraries,
+    })
 }
 
 /// The libraries that a `mtllib` names: one, whose name may have blanks, or several with blanks between them.

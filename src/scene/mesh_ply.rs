@@ -2,7 +2,7 @@
 
 mod entries;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -180,6 +180,12 @@ impl PlyFile<'_> {
         if faces.iter().any(|face| !face.uvs.is_empty()) {
             split_at_seams(&mut self.read.mesh, faces);
         }
+        let unused = unused_non_finite(&self.read.mesh);
+        if unused > 0 {
+            self.note(format!(
+                "vertices that are not finite and that no face has are left out: {unused}"
+            ));
+        }
         if small > 0 {
             self.note(format!(
                 "faces of fewer than three vertices are left out: {small}"
@@ -223,6 +229,18 @@ fn add_vertices(mesh: &mut Mesh, vertices: &[Vertex], element: &ElementDef) {
     if has_colours && odd_colour(element).is_none() {
         mesh.colours = vertices.iter().map(|v| v.colour).collect();
     }
+}
+
+/// How many vertices that are not finite no triangle has; those of triangles are counted with these.
+fn unused_non_finite(mesh: &Mesh) -> usize {
+    let is_odd = |i: &u32| !mesh.positions[*i as usize].is_finite();
+    let odd: HashSet<u32> = (0..mesh.positions.len() as u32).filter(is_odd).collect();
+    if odd.is_empty() {
+        return 0;
+    }
+    let corners = mesh.triangles.iter().flatten().copied();
+    let used: HashSet<u32> = corners.filter(|i| odd.contains(i)).collect();
+    odd.len() - used.len()
 }
 
 /// The type of a channel of a colour for which nothing says what stands for 1.

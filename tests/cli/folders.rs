@@ -60,6 +60,39 @@ fn a_mesh_that_was_edited_is_rendered_again() {
     assert_ne!(before["rmse"], after["rmse"]);
 }
 
+/// Nothing but its contents tells the second mesh from the first.
+#[test]
+fn a_mesh_of_the_same_size_and_time_is_rendered_again() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some(FLOOR));
+    place.write("ao.toml", &experiment("ambient-occlusion", "IM"));
+    let floor = place.path().join("room/floor.obj");
+    let run = || place.lightbench(&["run", "ao.toml"]);
+    assert_eq!(run().code, 0);
+    let before = place.rows("results/room")[0].clone();
+    let known = fs::metadata(&floor).expect("there");
+    place.write("room/floor.obj", &FLOOR.replace(" 0 ", " 1 "));
+    let file = fs::File::options().write(true).open(&floor);
+    let times = fs::FileTimes::new().set_modified(known.modified().expect("a time"));
+    file.and_then(|file| file.set_times(times))
+        .expect("settable");
+    let edited = fs::metadata(&floor).expect("there");
+    assert_eq!(edited.len(), known.len());
+    assert_eq!(
+        edited.modified().expect("a time"),
+        known.modified().expect("a time")
+    );
+    let again = run();
+    assert!(again.err.contains("1 jobs to run"), "{}", again.err);
+    let after = &place.rows("results/room")[0];
+    assert_ne!(before["reference"], after["reference"]);
+    assert_ne!(before["rmse"], after["rmse"]);
+    let references = fs::read_dir(place.path().join("results/references")).expect("a folder");
+    let names = references.map(|entry| entry.expect("entry").file_name());
+    let kept = names.filter(|name| name.to_string_lossy().ends_with(".exr"));
+    assert_eq!(kept.count(), 2, "each mesh has its own");
+}
+
 #[test]
 fn a_scene_that_does_not_load_fails_its_jobs_alone() {
     let place = Place::new();
@@ -86,6 +119,12 @@ fn a_scene_that_does_not_load_fails_its_jobs_alone() {
             ),
             _ => assert_eq!(status, "ok"),
         }
+    }
+    let gate = place.lightbench(&["gate", "out", "--junit", "gate.xml"]);
+    let junit = fs::read_to_string(place.path().join("gate.xml")).expect("written");
+    for text in [&gate.out, &junit] {
+        assert!(text.contains("room IM seed 1: failed: "), "{text}");
+        assert!(text.contains("floor.obj"), "{text}");
     }
     // Once it is mended, only its jobs are run.
     place.write("room/floor.obj", FLOOR);
@@ -229,6 +268,53 @@ fn merging_into_a_folder_keeps_what_it_has_and_tells_of_other_results() {
     let merged = place.lightbench(&["merge", "a", "b", "--out", "c"]);
     assert_eq!(merged.code, 0, "{}", merged.err);
     assert!(merged.err.contains("RMSE of 0.5 in a"), "{}", merged.err);
+}
+
+#[test]
+fn merging_two_results_of_one_case_is_refused() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    for (caches, out) in [("caches=60", "a"), ("caches=30", "b")] {
+        let arguments = ["run", "tiny.toml", "repeats=1", caches, "--out", out];
+        assert_eq!(place.lightbench(&arguments).code, 0);
+    }
+    let merged = place.lightbench(&["merge", "a", "b", "--out", "both"]);
+    assert_eq!(merged.code, 2, "{}", merged.err);
+    for text in [
+        "hard-cases (poles), ambient-occlusion, IM, seed 1 has two results",
+        "(caches=60) in a and job",
+        "(caches=30) in b",
+    ] {
+        assert!(merged.err.contains(text), "`{text}` in {}", merged.err);
+    }
+    assert!(!place.path().join("both").exists());
+    let into = place.lightbench(&["merge", "a", "--out", "b"]);
+    assert_eq!(into.code, 2, "{}", into.err);
+}
+
+#[test]
+fn merging_leaves_out_what_failed_before_a_scene_was_mended() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some("v 0 0 0\nv 1 0 0\nf 1 2 9\n"));
+    let text = experiment("ambient-occlusion", "IM");
+    place.write("ao.toml", &text);
+    let broken = place.lightbench(&["run", "ao.toml", "--out", "broken"]);
+    assert_eq!(broken.code, 4, "{}", broken.err);
+    place.write("room/floor.obj", FLOOR);
+    let gate = "[[gate]]\ntext = \"bounded\"\nexpect = \"rmse(IM) < 1\"\n";
+    place.write("ao.toml", &format!("{text}{gate}"));
+    let mended = place.lightbench(&["run", "ao.toml", "--out", "mended"]);
+    assert_eq!(mended.code, 0, "{}", mended.err);
+    let merged = place.lightbench(&["merge", "broken", "mended", "--out", "both"]);
+    assert_eq!(merged.code, 0, "{}", merged.err);
+    for text in [
+        "the failed row of job",
+        "in broken is left out",
+        "gates of mended differ from those of broken, which are taken",
+    ] {
+        assert!(merged.err.contains(text), "`{text}` in {}", merged.err);
+    }
+    assert_eq!(place.rows("both"), place.rows("mended"));
 }
 
 #[test]

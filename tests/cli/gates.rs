@@ -19,7 +19,7 @@ fn a_plan_half_of_whose_jobs_have_no_row_is_no_pass() {
         "{}",
         whole.out
     );
-    // Every method keeps a row, so that the gate itself has its data.
+    // Every method keeps a row, but one seed is no data for a gate over two.
     for row in place.rows("out").iter().filter(|row| row["seed"] == 2) {
         let job = row["job"].as_str().expect("text");
         fs::remove_dir_all(place.path().join("out/jobs").join(job)).expect("removable");

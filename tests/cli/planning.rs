@@ -183,6 +183,37 @@ fn absent_files_are_refused_where_they_are_needed() {
 }
 
 #[test]
+fn absent_material_libraries_are_refused_where_a_face_uses_them() {
+    let place = Place::new();
+    let floor = |material: &str| FLOOR.replace("f 1", &format!("mtllib gone.mtl\n{material}f 1"));
+    write_room(&place, ROOM, Some(&floor("usemtl wood\n")));
+    let sky = "[environment]\nkind = \"constant\"\nradiance = 1\n";
+    place.write("room/scene.toml", &format!("{ROOM}{sky}"));
+    let lit = experiment("path-tracing", "paths").replace("caches = 20", "samples = 1");
+    place.write("lit.toml", &lit);
+    refused(
+        &place,
+        &["run", "lit.toml"],
+        &[
+            "lit.toml:5:1",
+            "material library",
+            "gone.mtl is absent",
+            "incomplete = true",
+        ],
+    );
+    let incomplete = ["run", "lit.toml", "scene.room.incomplete=true"];
+    let run = place.lightbench(&incomplete);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let row = &place.rows("results/room")[0];
+    assert!(row["notes"].to_string().contains("gone.mtl"), "{row}");
+    // Ambient occlusion has no use for materials, and here no face has.
+    place.write("ao.toml", &experiment("ambient-occlusion", "IM"));
+    assert_eq!(place.lightbench(&["plan", "ao.toml"]).code, 0);
+    place.write("room/floor.obj", &floor(""));
+    assert_eq!(place.lightbench(&["plan", "lit.toml"]).code, 0);
+}
+
+#[test]
 fn the_unit_of_a_scene_can_be_set_and_is_part_of_the_keys() {
     let place = Place::new();
     place.write("tiny.toml", TINY);

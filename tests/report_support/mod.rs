@@ -125,6 +125,7 @@ impl Folder {
             lookups: 230_400,
             bytes_work: 5_300_000,
             seconds_total: 0.4,
+            cpu_seconds_total: 0.8,
             ..Row::default()
         };
         row.describe(&job, "synthetic");
@@ -134,6 +135,7 @@ impl Folder {
             ("rendering", 0.33),
         ] {
             row.seconds.insert(stage.into(), seconds.into());
+            row.cpu_seconds.insert(stage.into(), (2.0 * seconds).into());
         }
         self.rows.push((row, layers));
         &mut self.rows.last_mut().expect("just pushed").0

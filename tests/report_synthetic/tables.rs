@@ -28,7 +28,19 @@ fn tables_show_means_intervals_ranks_and_the_papers_numbers() {
     let cells: Vec<&str> = line.split(',').collect();
     assert!((cells[5].parse::<f64>().expect("mean") - 0.0816).abs() < 1e-12);
     assert_eq!((cells[7], cells[8]), ("3", "0.084"));
-    assert!(folder.text("tables/stages.md").contains("shading points"));
+    let stages = folder.text("tables/stages.md");
+    for text in [
+        "| CPU placement, s | 0.0400 |",
+        "| CPU total, s | 0.8000 |",
+        "processor seconds of all threads",
+    ] {
+        assert!(stages.contains(text), "`{text}` in {stages}");
+    }
+    assert!(
+        folder
+            .text("tables/stages.csv")
+            .contains(",cpu_seconds_placement,0.04,")
+    );
     for text in [
         "holds",
         "does not hold",
@@ -103,7 +115,10 @@ values = { rmse = 0.033 }
     let equal_cost = folder.text("tables/equal-cost.md");
     assert!(equal_cost.contains("| VGC | **-33.3** |"), "{equal_cost}");
     let equal_error = folder.text("tables/equal-error.md");
-    assert!(equal_error.contains("| VGC | **0.44** |"), "{equal_error}");
+    assert!(
+        equal_error.contains("| VGC | **0.44 (1 of 3)** |"),
+        "{equal_error}"
+    );
     assert!(
         written.summary.contains("statues caches=2000: holds"),
         "{}",
@@ -185,11 +200,71 @@ fn ratios_are_formed_by_seed_and_have_an_interval() {
     let csv = folder.text("tables/t.csv");
     let line = csv.lines().find(|l| l.starts_with("easy,EASY,,B,"));
     let cells: Vec<&str> = line.expect("a line").split(',').collect();
-    let half: f64 = cells[7].parse().expect("half width");
+    // The name of the metric has a comma.
+    assert_eq!(cells[7], "", "no half width: the interval is not even");
+    for (cell, logarithm) in [(11, -1.3706f64), (12, 1.1706)] {
+        let end: f64 = cells[cell].parse().expect("an end of the interval");
+        assert!((end - 100.0 * logarithm.exp_m1()).abs() < 0.01, "{end}");
+    }
+}
+
+#[test]
+fn curves_that_lie_beside_the_first_are_told_and_nothing_is_best() {
+    let place = tempfile::tempdir().expect("folder");
+    let extra = "[[table]]\nname = \"t\"\nkind = \"equal-error\"\ncost = \"shadow_rays\"\nmetrics = [\"rmse\"]\n";
+    let mut folder = Folder::new(&place.path().join("beside"), extra);
+    for caches in [1000, 2000, 20_000] {
+        for (label, error) in [("A", 3.0), ("B", 2.0), ("C", 0.1), ("D", 90.0)] {
+            let swept = Which {
+                caches: Some(caches),
+                ..which("statues", label, 1)
+            };
+            folder.job(swept, (error / (caches as f64).sqrt(), 0.1), None);
+        }
+    }
+    folder.write();
+    write(&folder.path).expect("report");
+    let table = folder.text("tables/t.md");
+    for text in [
+        "| A | 1.00 |",
+        "| B | 0.44 (1 of 3) |",
+        "| C | below all |",
+        "| D | above all |",
+        "each budget errs less, or more, than all those of A",
+        "how many budgets of A the curve reaches",
+    ] {
+        assert!(table.contains(text), "`{text}` in {table}");
+    }
+    let csv = folder.text("tables/t.csv");
+    let line = csv.lines().find(|l| l.contains(",B,"));
+    assert!(line.expect("a line").ends_with(",1,1"), "{csv}");
+}
+
+#[test]
+fn a_failed_seed_is_no_data_in_any_mean() {
+    let failed = || [0.5, f64::NAN];
+    let (_place, folder) = ratios("change", &failed(), &[0.5, 0.4]);
+    let change = folder.text("tables/t.md");
     assert!(
-        (half - 50.0 * (1.1706f64.exp() - (-1.3706f64).exp())).abs() < 0.01,
-        "{half}"
+        change.contains("| B | -50.0 (1 of 2 seeds) | **"),
+        "{change}"
     );
+    let line = change.lines().find(|line| line.starts_with("| B |"));
+    assert!(line.expect("a line").ends_with("| — |"), "{change}");
+    assert!(change.contains("(n of m seeds)"), "{change}");
+    let (_place, folder) = ratios("averages", &failed(), &[0.5, 0.4]);
+    let averages = folder.text("tables/t.md");
+    assert!(averages.contains("| A | 0.1500 ± "), "{averages}");
+    assert!(averages.contains("| B | — | — |"), "{averages}");
+    let (_place, folder) = ratios("methods", &failed(), &[0.5, 0.4]);
+    let methods = folder.text("tables/t.md");
+    assert!(
+        methods.contains("| B | 0.0500 (1 of 2 seeds) |"),
+        "{methods}"
+    );
+    let csv = folder.text("tables/t.csv");
+    let line = csv.lines().find(|l| l.starts_with("easy,EASY,,B,rmse,"));
+    assert!(line.expect("a line").ends_with(",2,"), "{csv}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use toml::de::DeValue;
 
 use super::Loader;
 use super::keys::{Keys, NUMBER, list, number};
-use crate::scene::mesh_mtl::materials_of;
+use crate::scene::mesh_mtl::{ObjMaterials, materials_of};
 use crate::scene::{SceneError, ShapeDescription, ShapeSource};
 
 const KINDS: [&str; 9] = [
@@ -58,8 +58,13 @@ impl Loader {
                 return Ok(());
             }
         };
-        let (materials, notes) = materials_of(&obj)?;
+        let ObjMaterials {
+            materials,
+            notes,
+            absent_libraries,
+        } = materials_of(&obj)?;
         self.scene.notes.extend(notes);
+        self.scene.absent_libraries.extend(absent_libraries);
         if materials.is_empty() {
             self.scene.shapes.push(shape);
             return Ok(());

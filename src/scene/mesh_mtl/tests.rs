@@ -149,7 +149,9 @@ fn several_libraries_may_stand_on_a_line_and_names_may_have_blanks() {
         ("\"a.mtl\" \"b.mtl\"", 0.8),
     ] {
         write("m.obj", &format!("mtllib {line}\n{faces}"));
-        let (materials, notes) = materials_of(&place.path().join("m.obj")).unwrap();
+        let ObjMaterials {
+            materials, notes, ..
+        } = materials_of(&place.path().join("m.obj")).unwrap();
         assert!(notes.is_empty(), "{notes:?}");
         let found: Vec<f32> = materials
             .iter()
@@ -177,7 +179,9 @@ fn of_two_materials_of_one_name_the_first_counts_and_that_is_told() {
     write("m.obj", faces);
     for (other, told) in [("newmtl red\nKd 0 1 0\n", 1), ("newmtl red\nKd 1 0 0\n", 0)] {
         write("a.mtl", &format!("newmtl red\nKd 1 0 0\n{other}"));
-        let (materials, notes) = materials_of(&place.path().join("m.obj")).unwrap();
+        let ObjMaterials {
+            materials, notes, ..
+        } = materials_of(&place.path().join("m.obj")).unwrap();
         assert_eq!(materials[0].diffuse, Some([1.0, 0.0, 0.0]));
         assert_eq!(notes.len(), told, "{notes:?}");
     }
@@ -198,4 +202,22 @@ fn what_belongs_to_no_material_is_told() {
         notes,
         ["d/m.mtl:3: `Kd` is left out: it stands before the first `newmtl`"]
     );
+}
+
+#[test]
+fn a_library_is_absent_where_a_face_uses_what_no_other_has() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+    write("a.mtl", "newmtl red\nKd 1 0 0\n");
+    let corners = "mtllib a.mtl\nmtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (faces, absent) in [
+        ("f 1 2 3\n", 0),
+        ("usemtl red\nf 1 2 3\nusemtl blue\n", 0),
+        ("usemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\n", 1),
+    ] {
+        write("m.obj", &format!("{corners}{faces}"));
+        let found = materials_of(&place.path().join("m.obj")).unwrap();
+        assert_eq!(found.absent_libraries.len(), absent, "{faces}");
+        assert!(found.notes[0].contains("gone.mtl"), "{:?}", found.notes);
+    }
 }

@@ -74,6 +74,20 @@ fn vertices_that_are_not_finite_are_kept_for_whoever_uses_them() {
 }
 
 #[test]
+fn vertices_that_are_not_finite_and_that_no_face_has_are_told() {
+    let text = ASCII.replace("element vertex 4", "element vertex 5");
+    let text = text.replace(
+        "0 1 0.5 0 0 1 0 1\n",
+        "0 1 0.5 0 0 1 0 1\nnan 1 0.5 0 0 1 0 1\n",
+    );
+    let read = parse_ply(text.as_bytes(), Path::new("t.ply")).unwrap();
+    assert_eq!(
+        read.notes,
+        ["t.ply: vertices that are not finite and that no face has are left out: 1"]
+    );
+}
+
+#[test]
 fn messages_show_the_line_and_nothing_of_the_parser() {
     let cut = ASCII.replace("1 1 0 0 0 1 1 1\n", "1 1 0 0 0 x 1 1\n");
     let error = parse(cut.as_bytes()).unwrap_err();
