@@ -49,6 +49,7 @@ fn sequence() -> Sequence {
         viewers: vec![viewer("<aisle>"), viewer("gallery")],
         warm_up: 3,
         measure_every: 1,
+        first_of: None,
         measure_run: 1,
         kept: vec![0, 3, 7, 11],
         cold: false,

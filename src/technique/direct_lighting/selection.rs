@@ -33,7 +33,7 @@ impl Selection {
         let unused = keys.iter().find(|key| table.contains_key(**key));
         match unused {
             Some(key) if self != Self::Product => Err(ParameterError::new(
-                *key,
+                key,
                 format!(
                     "{key}: counts with selection = \"product\" alone; leave it out, or choose lights so"
                 ),
