@@ -53,7 +53,8 @@ pub fn leave_one_of_each(jobs: &mut Vec<Job>, parts: &[Store]) -> Result<(), Fai
             group.push(job);
         }
     }
-    let mut left_out: HashSet<String> = HashSet::new();
+    // By their places: another label may share the job.
+    let mut left_out = HashSet::new();
     for job in jobs.iter() {
         let Some(group) = groups.remove(&(Case::of_job(job), job.seed)) else {
             continue;
@@ -63,11 +64,11 @@ pub fn leave_one_of_each(jobs: &mut Vec<Job>, parts: &[Store]) -> Result<(), Fai
             let kept = the_one(&rivals)?;
             for rival in rivals.iter().filter(|rival| rival.job.id != kept.job.id) {
                 tell_of(rival, kept);
-                left_out.insert(rival.job.id.clone());
+                left_out.insert(rival.job.place());
             }
         }
     }
-    jobs.retain(|job| !left_out.contains(&job.id));
+    jobs.retain(|job| !left_out.contains(&job.place()));
     Ok(())
 }
 
