@@ -123,6 +123,7 @@ fn sequences_are_stepped_through() {
         viewers: vec![viewer("left"), viewer("right")],
         warm_up: 0,
         measure_every: 1,
+        first_of: None,
         measure_run: 1,
         kept: vec![0, 3],
         cold: false,

@@ -17,6 +17,8 @@ pub struct Update<'a> {
     pub(super) lit: [bool; MOST_CONES],
     /// Largest turn of an axis so far, radians.
     pub(super) turn: f32,
+    /// Luminance of the sample that brought most.
+    pub(super) largest: f32,
     /// Samples of the update, those that reach no light included.
     pub(super) samples: u32,
     /// Whether the count was lowered.
@@ -32,6 +34,7 @@ impl<'a> Update<'a> {
             arrived: [Vec3::ZERO; MOST_CONES],
             lit: [false; MOST_CONES],
             turn: 0.0,
+            largest: 0.0,
             samples,
             lowered: false,
         }
@@ -47,6 +50,7 @@ impl<'a> Update<'a> {
     pub fn add(&mut self, direction: Vec3, light: Vec3) {
         let cone = self.cone_for(direction, light);
         self.arrived[cone] += light;
+        self.largest = self.largest.max(luminance(light.into()));
         self.lit[cone] = true;
     }
 
