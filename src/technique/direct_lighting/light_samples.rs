@@ -41,8 +41,9 @@ pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     },
     start: |_, table, terms| {
         let parameters = Parameters::read(table)?;
-        let selection = parameters.selection;
-        selection.refuse_unused(table, &["candidates"])?;
+        let usual = Parameters::read(&toml::Table::new())?;
+        let set = (parameters.candidates != usual.candidates).then_some("candidates");
+        parameters.selection.refuse_unused(set)?;
         Ok(Box::new(LightSamples { parameters, terms }))
     },
 };

@@ -1,7 +1,5 @@
 //! Which lights are sampled at a surface, and where.
 
-use toml::Table;
-
 use crate::entry::{ParameterError, words};
 use crate::sample::Rng;
 use crate::shade::{
@@ -25,13 +23,12 @@ words! {
 }
 
 impl Selection {
-    /// Refuses keys of a table that only [`Selection::Product`] asks for beside another selection.
+    /// Refuses a key that was set and that only [`Selection::Product`] asks for, beside another selection.
     ///
     /// # Errors
-    /// The first of them.
-    pub fn refuse_unused(self, table: &Table, keys: &[&'static str]) -> Result<(), ParameterError> {
-        let unused = keys.iter().find(|key| table.contains_key(**key));
-        match unused {
+    /// What is wrong with it.
+    pub fn refuse_unused(self, set: Option<&'static str>) -> Result<(), ParameterError> {
+        match set {
             Some(key) if self != Self::Product => Err(ParameterError::new(
                 key,
                 format!(

@@ -67,8 +67,10 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     },
     start: |_, table, terms| {
         let parameters = Parameters::read(table)?;
-        let selection = parameters.selection;
-        selection.refuse_unused(table, &["candidates", "hidden"])?;
+        let usual = Parameters::read(&toml::Table::new())?;
+        let candidates = (parameters.candidates != usual.candidates).then_some("candidates");
+        let hidden = (parameters.hidden != usual.hidden).then_some("hidden");
+        parameters.selection.refuse_unused(candidates.or(hidden))?;
         Ok(Box::new(LightCones {
             parameters,
             terms,
