@@ -41,7 +41,7 @@ pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     },
     start: |_, table, terms| {
         let parameters = Parameters::read(table)?;
-        let usual = Parameters::read(&toml::Table::new())?;
+        let usual = Parameters::default();
         let set = (parameters.candidates != usual.candidates).then_some("candidates");
         parameters.selection.refuse_unused(set)?;
         Ok(Box::new(LightSamples { parameters, terms }))

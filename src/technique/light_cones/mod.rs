@@ -67,7 +67,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
     },
     start: |_, table, terms| {
         let parameters = Parameters::read(table)?;
-        let usual = Parameters::read(&toml::Table::new())?;
+        let usual = Parameters::default();
         let candidates = (parameters.candidates != usual.candidates).then_some("candidates");
         let hidden = (parameters.hidden != usual.hidden).then_some("hidden");
         parameters.selection.refuse_unused(candidates.or(hidden))?;
