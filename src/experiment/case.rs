@@ -89,8 +89,8 @@ impl Swept {
 
     /// What was swept for a job.
     pub fn of_job(job: &Job) -> Self {
-        let value = |v: &toml::Value| serde_json::to_value(v).unwrap_or(Value::Null);
-        Self::of(job.sweep.iter().map(|(k, v)| (k.clone(), value(v))))
+        let values = job.sweep.iter();
+        Self::of(values.map(|(key, value)| (key.clone(), as_in_rows(value))))
     }
 
     /// `caches=100 ratio=0.5`; empty without a sweep.
@@ -101,6 +101,20 @@ impl Swept {
             .map(|(k, v)| format!("{k}={}", value_text(v)))
             .collect();
         parts.join(" ")
+    }
+
+    /// The value of a key as text.
+    pub fn text_of(&self, key: &str) -> Option<String> {
+        let found = self.values.iter().find(|(k, _)| k == key);
+        found.map(|(_, value)| value_text(value))
+    }
+
+    /// Without some of its keys.
+    pub fn without(&self, leaves_out: impl Fn(&str) -> bool) -> Self {
+        let kept = self.values.iter().filter(|(key, _)| !leaves_out(key));
+        Self {
+            values: kept.cloned().collect(),
+        }
     }
 
     /// The values alone.
@@ -116,7 +130,12 @@ impl Swept {
     }
 }
 
-fn value_text(value: &Value) -> String {
+/// A value of a config as rows have it.
+pub(super) fn as_in_rows(value: &toml::Value) -> Value {
+    serde_json::to_value(value).unwrap_or(Value::Null)
+}
+
+pub(super) fn value_text(value: &Value) -> String {
     value
         .as_str()
         .map_or_else(|| value.to_string(), str::to_owned)

@@ -1,11 +1,12 @@
 //! What a config says about rows, checked before the first ray: claims, gates, tables, figures.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::case::{Case, NamedPlace, name_places, place_named};
+use super::case::{Case, NamedPlace, Swept, as_in_rows, name_places, place_named, value_text};
 use super::claim::EVERY_SCENE;
 use super::config::{Config, ConfigError, Source};
 use super::expression::Expression;
+use super::named::Named;
 use super::reported::FigureSpec;
 use super::sequence::{frame_columns, is_frame_column};
 use super::{Job, columns};
@@ -16,7 +17,7 @@ use crate::suggest::hint;
 /// Checks every expression, label and column against the labels and scenes of the planned jobs, which are
 /// those of their rows.
 pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), ConfigError> {
-    let names = Names::of(jobs);
+    let names = Names::of(config, jobs);
     let claims = config.claim.iter().map(|c| (&c.expect, &c.scenes));
     let gates = config.gate.iter().map(|g| (&g.expect, &g.scenes));
     for (list, (index, (expect, scenes))) in claims
@@ -112,22 +113,28 @@ fn about_frames(config: &Config, figure: &FigureSpec) -> Result<(), (&'static st
 struct Names<'a> {
     labels: Vec<&'a str>,
     places: Vec<NamedPlace>,
-    swept: BTreeSet<&'a str>,
+    /// Keys, and what they are set to in turn: as the config has it, and as overrides do.
+    swept: BTreeMap<String, BTreeSet<String>>,
 }
 
 impl<'a> Names<'a> {
-    fn of(jobs: &'a [Job]) -> Self {
+    fn of(config: &Config, jobs: &'a [Job]) -> Self {
         let mut labels: Vec<&str> = jobs.iter().map(|job| job.label.as_str()).collect();
         labels.sort_unstable();
         labels.dedup();
+        let mut swept: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for (key, values) in &config.sweep {
+            let values = values.iter().map(|value| value_text(&as_in_rows(value)));
+            swept.insert(key.clone(), values.collect());
+        }
+        for (key, value) in jobs.iter().flat_map(|job| Swept::of_job(job).values) {
+            swept.entry(key).or_default().insert(value_text(&value));
+        }
         let places = jobs.iter().map(|job| (Case::of_job(job).place, None));
         Self {
             labels,
             places: name_places(places),
-            swept: jobs
-                .iter()
-                .flat_map(|job| job.sweep.keys().map(String::as_str))
-                .collect(),
+            swept,
         }
     }
 
@@ -135,12 +142,11 @@ impl<'a> Names<'a> {
         let expression = Expression::parse(text)?;
         for (column, label) in expression.names() {
             self.column(column)?;
-            match label.split_once('@') {
-                None => self.label(label)?,
-                Some((label, scene)) => {
-                    self.label(label)?;
-                    self.scene(scene)?;
-                }
+            let named = Named::parse(label)?;
+            self.label(named.label)?;
+            named.scene.map_or(Ok(()), |scene| self.scene(scene))?;
+            for (key, value) in named.at {
+                self.swept_value(key, value)?;
             }
         }
         Ok(())
@@ -211,15 +217,35 @@ impl<'a> Names<'a> {
         ))
     }
 
+    /// Checks a value that a claim or gate names behind `;`.
+    fn swept_value(&self, key: &str, value: &str) -> Result<(), String> {
+        let Some(values) = self.swept.get(key) else {
+            let known: Vec<&str> = self.swept.keys().map(String::as_str).collect();
+            return Err(format!(
+                "`{key}` is not swept{}; there are: {}",
+                hint(key, &known),
+                known.join(", ")
+            ));
+        };
+        if values.contains(value) {
+            return Ok(());
+        }
+        let values: Vec<&str> = values.iter().map(String::as_str).collect();
+        Err(format!(
+            "`{key}` is never {value} in the sweep, but {}",
+            values.join(", ")
+        ))
+    }
+
     fn column(&self, column: &str) -> Result<(), String> {
         if columns::is_declared(column)
-            || self.swept.contains(&column)
+            || self.swept.contains_key(column)
             || parameters().any(|key| key == column)
         {
             return Ok(());
         }
         let mut known: Vec<&str> = columns::declared().chain(parameters()).collect();
-        known.extend(&self.swept);
+        known.extend(self.swept.keys().map(String::as_str));
         let hint = match hint(column, &known) {
             none if none.is_empty() => ".".to_owned(),
             hint => hint,
@@ -301,6 +327,23 @@ expect = "EXPECT"
         );
         let error = planned("rmse(IM@elsewhere) < 1", &[]).expect_err("none");
         assert!(error.contains("no scene is called `elsewhere`"), "{error}");
+    }
+
+    #[test]
+    fn swept_values_that_a_claim_names_are_those_of_the_sweep() {
+        let sweep = [Override::parse("caches=40,60").expect("override")];
+        planned("rmse(IM; caches=60) < rmse(IM; caches=40)", &sweep).expect("plans");
+        for (expect, expected) in [
+            (
+                "rmse(IM; caches=50) < 1",
+                "never 50 in the sweep, but 40, 60",
+            ),
+            ("rmse(IM; cache=60) < 1", "`cache` is not swept"),
+            ("rmse(IM; caches) < 1", "expected a swept key and its value"),
+        ] {
+            let error = planned(expect, &sweep).expect_err(expect);
+            assert!(error.contains(expected), "{error}");
+        }
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Statements over rows, judged per scene and swept value with the spread over repeats.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use serde::Serialize;
 
+use super::named::Named;
 use super::{Case, Cases, Expression, NamedPlace, Swept};
 use crate::metric::statistics::Summary;
 
@@ -58,15 +59,16 @@ impl Judged {
 pub const EVERY_SCENE: &str = "*";
 
 /// Judges an expression for every scene that is expected (of `scenes`, or all) and swept value; one that
-/// speaks of means over scenes alone is judged once for each swept value.
+/// speaks of means over scenes alone is judged once for each swept value, and one that says itself at which value of a key
+/// once for all of that key.
 pub fn judge(expression: &Expression, cases: &Cases, scenes: &[String]) -> Vec<Judged> {
     let about =
         |place: &&NamedPlace| scenes.is_empty() || scenes.iter().any(|name| place.is_called(name));
     let places: Vec<&NamedPlace> = cases.places.iter().filter(about).collect();
-    let names = expression.names();
-    let of_every = |(_, label): &(&str, &str)| label.ends_with("@*");
-    let means = !names.is_empty() && names.iter().all(of_every);
-    let mut judged = Vec::new();
+    let names: Vec<Named> = names_of(expression).collect();
+    let means = names.iter().all(|name| name.scene == Some(EVERY_SCENE));
+    let fixed = |key: &str| names.iter().all(|name| name.fixes(key));
+    let (mut judged, mut said) = (Vec::new(), HashSet::new());
     let mut add = |place: Option<&NamedPlace>, at: &Swept| {
         let expected: Vec<&NamedPlace> = places
             .iter()
@@ -74,12 +76,14 @@ pub fn judge(expression: &Expression, cases: &Cases, scenes: &[String]) -> Vec<J
             .filter(|p| cases.expects(&p.place, at))
             .collect();
         let there = place.map_or(!expected.is_empty(), |p| expected.contains(&p));
-        if there {
+        let own = at.without(fixed);
+        if there && said.insert((place.map(|p| p.place.clone()), own.text())) {
             let group = Group {
                 cases,
                 place,
                 expected,
                 at,
+                own: &own,
             };
             judged.push(group.judge(expression));
         }
@@ -94,6 +98,11 @@ pub fn judge(expression: &Expression, cases: &Cases, scenes: &[String]) -> Vec<J
     judged
 }
 
+fn names_of(expression: &Expression) -> impl Iterator<Item = Named<'_>> {
+    let names = expression.names().into_iter();
+    names.filter_map(|(_, label)| Named::parse(label).ok())
+}
+
 /// What a statement is judged for at once.
 struct Group<'a> {
     cases: &'a Cases,
@@ -102,12 +111,14 @@ struct Group<'a> {
     /// The places that the statement is about and that have jobs at this swept value.
     expected: Vec<&'a NamedPlace>,
     at: &'a Swept,
+    /// Those of them that the statement does not fix.
+    own: &'a Swept,
 }
 
 impl Group<'_> {
     /// `LABEL` is a contender at the group's place, `LABEL@SCENE` one at another place and `LABEL@*` the
-    /// mean over the expected places, at the same swept values and seed. A mean that lacks a value of any
-    /// place is no data.
+    /// mean over the expected places, at the same swept values, if it names no others, and seed. A mean that lacks a value
+    /// of any place is no data.
     fn value(&self, column: &str, label: &str, seed: u64) -> Option<f64> {
         let cases = self.cases_of(label).into_iter();
         let values = cases.map(|case| self.cases.value(&case, seed, column));
@@ -116,17 +127,24 @@ impl Group<'_> {
         Some(values.iter().sum::<f64>() / count as f64)
     }
 
-    /// The cases that a label stands for; none where no scene has the name behind its `@`.
+    /// The cases that a label stands for; none where no scene has the name behind its `@`, or nothing ran at the values
+    /// behind its `;`.
     fn cases_of(&self, label: &str) -> Vec<Case> {
-        let (label, place) = match label.split_once('@') {
-            None => (label, self.place),
-            Some((label, EVERY_SCENE)) => (label, None),
-            Some((label, name)) => match self.cases.place(name) {
+        let Ok(named) = Named::parse(label) else {
+            return Vec::new();
+        };
+        let Some(at) = named.point(&self.cases.points, self.at) else {
+            return Vec::new();
+        };
+        let place = match named.scene {
+            None => self.place,
+            Some(EVERY_SCENE) => None,
+            Some(name) => match self.cases.place(name) {
                 None => return Vec::new(),
-                place => (label, place),
+                place => place,
             },
         };
-        let case = |place: &NamedPlace| self.cases.case(&place.place, label, self.at);
+        let case = |place: &NamedPlace| self.cases.case(&place.place, named.label, at);
         match place {
             Some(place) => vec![case(place)],
             None => self.expected.iter().map(|place| case(place)).collect(),
@@ -173,7 +191,7 @@ impl Group<'_> {
         };
         Judged {
             scene: self.place.map_or(EVERY_SCENE, |p| &p.name).to_owned(),
-            at: self.at.text(),
+            at: self.own.text(),
             verdict,
             smaller,
             larger,
@@ -229,6 +247,40 @@ mod tests {
             scene: scene.into(),
             ..row
         }
+    }
+
+    #[test]
+    fn two_values_of_a_sweep_are_compared_once() {
+        let at = |viewers: u32, row: Row| Row {
+            sweep: [("viewers".to_owned(), viewers.into())]
+                .into_iter()
+                .collect(),
+            ..row
+        };
+        let rows: Vec<Row> = (1..4)
+            .flat_map(|seed| {
+                [
+                    at(8, row("A", seed, 0.3)),
+                    at(16, row("A", seed, 0.4)),
+                    at(8, row("B", seed, 0.1)),
+                    at(16, row("B", seed, 0.5)),
+                ]
+            })
+            .collect();
+        let of = |text: &str| -> Vec<(String, Verdict)> {
+            let judged = judged(text, &rows);
+            judged.into_iter().map(|j| (j.at, j.verdict)).collect()
+        };
+        let once = of("rmse(A; viewers=8) < 0.8 * rmse(B; viewers=16)");
+        assert_eq!(once, [(String::new(), Verdict::Holds)]);
+        let mean = of("rmse(A@*; viewers=8) > 0.8 * rmse(B@*; viewers=16)");
+        assert_eq!(mean, [(String::new(), Verdict::DoesNotHold)]);
+        let both = of("rmse(A) < rmse(B@s; viewers=16)");
+        assert_eq!(both.len(), 2);
+        assert!(both.iter().all(|(_, verdict)| *verdict == Verdict::Holds));
+        assert_eq!(both[1].0, "viewers=16");
+        let none = of("rmse(A; viewers=9) < 1");
+        assert_eq!(none, [(String::new(), Verdict::NoData)]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::arrays;
 use super::locate::locate;
 use super::reported::{ClaimSpec, FigureSpec, GateSpec, Published, TableSpec};
 use super::scale::Scale;
-use super::sequence::SequenceSpec;
+use super::sequence::{SequenceSpec, ViewersSpec};
 use super::shipped;
 use crate::other_kind::read_text;
 use crate::suggest::with_hint;
@@ -159,6 +159,9 @@ pub struct SceneChoice {
     /// Records at full size, in place of the experiment's.
     #[serde(default)]
     pub caches: Option<u64>,
+    /// In place of the `viewers` of `[sequence]`.
+    #[serde(default)]
+    pub viewers: Option<ViewersSpec>,
     /// Shadow rays per shading point, in place of the experiment's.
     #[serde(default)]
     pub lights: Option<u64>,

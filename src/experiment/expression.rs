@@ -8,7 +8,8 @@
 //! ```
 //! `rmse(VGC+DGS) < 0.95 * min(rmse(SD), rmse(IM))`: labels are those of the config (`LABEL@SCENE`
 //! for another scene than the one at hand, `LABEL@SCENE (VIEW)` where several of its views occur, `LABEL@*`
-//! for the mean over all scenes), columns those of `rows.csv`.
+//! for the mean over all scenes; `LABEL; KEY=VALUE, …` or `LABEL@SCENE; KEY=VALUE, …` at another swept value), columns
+//! those of `rows.csv`.
 
 /// Longest text of a comparison, bytes.
 const MAX_LENGTH: usize = 4096;

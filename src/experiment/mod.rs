@@ -22,6 +22,7 @@ mod limits;
 mod loaded;
 mod locate;
 mod lock;
+mod named;
 mod overrides;
 mod panics;
 mod pictures;

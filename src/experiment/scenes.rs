@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::config::{Config, ConfigError, OneOrMore, SceneChoice, Source};
-use super::sequence::Sequence;
+use super::sequence::{Sequence, SequenceSpec};
 use crate::scene::{SceneDescription, SceneError, View, find_environment, find_scene};
 use crate::suggest::hint;
 
@@ -225,11 +225,20 @@ impl FoundScene<'_> {
     pub fn sequence(&self, config: &Config) -> Result<(Sequence, View), ConfigError> {
         let view = self.view()?;
         let Some(spec) = &config.sequence else {
-            if self.choice.path.is_some() {
-                let message = "a path needs a [sequence] in which it is followed".into();
-                return Err(self.error("path", message));
+            let own = [
+                ("path", self.choice.path.is_some()),
+                ("viewers", self.choice.viewers.is_some()),
+            ];
+            if let Some((key, _)) = own.into_iter().find(|(_, is_there)| *is_there) {
+                let message = format!("{key}: needs a [sequence], whose frames are seen");
+                return Err(self.error(key, message));
             }
             return Ok((Sequence::still(&view.name), view.clone()));
+        };
+        let own = self.choice.viewers.as_ref();
+        let spec = SequenceSpec {
+            viewers: own.or(spec.viewers.as_ref()).cloned(),
+            ..spec.clone()
         };
         let path = self.choice.path.as_deref();
         // A size that is refused is refused for the view as well.
@@ -238,8 +247,9 @@ impl FoundScene<'_> {
             size.unwrap_or([view.width, view.height])
         };
         let resolved = spec.resolve(&self.description, path, &view.name, &size);
-        let sequence = resolved.map_err(|(key, message)| match (key, path) {
-            ("path", Some(_)) => self.error("path", message),
+        let sequence = resolved.map_err(|(key, message)| match key {
+            "path" if path.is_some() => self.error("path", message),
+            "viewers" if own.is_some() => self.error("viewers", message),
             _ => self.source.error(&["sequence", key], message),
         })?;
         let first = sequence.time_s(sequence.frames[0]);
