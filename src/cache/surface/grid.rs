@@ -98,15 +98,17 @@ impl Grid {
         self.finest * (1u64 << level) as f32
     }
 
-    /// The level whose texels are nearest to a size (scene units) times `2^bias`, of those that a chart of this extent can
-    /// have: an island has at most 32,768 texels along a side. Says besides whether another level would have been nearer.
-    pub fn level(&self, size: f32, bias: f32, extent: Vec2) -> (u32, bool) {
+    /// The level whose texels have a size (scene units), between two levels as well.
+    pub fn level(&self, size: f32) -> f32 {
+        (size / self.finest).log2()
+    }
+
+    /// The nearest level that a chart of this extent can have: an island has at most 32,768 texels along a side.
+    pub fn within(&self, level: f32, extent: Vec2) -> f32 {
         let most = ((1 << COORDINATE_BITS) * BLOCK_SIDE - 3) as f32;
         let texels = extent.max_element() / (self.finest * most);
         let least = texels.max(1.0).log2().ceil();
-        let wanted = ((size / self.finest).log2() + bias).round();
-        let level = wanted.max(least).clamp(0.0, (LEVELS - 1) as f32);
-        (level as u32, level != wanted)
+        level.max(least).clamp(0.0, (LEVELS - 1) as f32)
     }
 
     /// Where a place of a chart (scene units) lies among the texels of a level: whole numbers are their corners, and the
@@ -204,17 +206,18 @@ mod tests {
     }
 
     #[test]
-    fn levels_follow_size_and_bias_and_keep_charts_addressable() {
+    fn levels_follow_size_and_keep_charts_addressable() {
         let small = Vec2::splat(10.0);
-        assert_eq!(GRID.level(0.5, 0.0, small), (0, false));
-        assert_eq!(GRID.level(0.5, 1.0, small), (1, false));
-        assert_eq!(GRID.level(3.1, 0.0, small), (3, false));
-        assert_eq!(GRID.level(0.01, 0.0, small), (0, true));
-        assert_eq!(GRID.level(1e9, 0.0, small), (15, true));
+        assert_eq!([0.5, 4.0].map(|size| GRID.level(size)), [0.0, 3.0]);
+        assert!((GRID.level(3.1) - 2.63).abs() < 0.01);
+        let within = |size| GRID.within(GRID.level(size), small);
+        assert_eq!(
+            [0.01, 1e9, 0.0, f32::NAN].map(within),
+            [0.0, 15.0, 0.0, 0.0]
+        );
         let large = Vec2::new(1.0, 20_000.0);
-        let (level, other) = GRID.level(0.5, 0.0, large);
-        assert_eq!((level, other), (1, true));
-        let last = GRID.nearest(SURFACE, large, level).block.place();
+        assert_eq!(GRID.within(0.0, large), 1.0);
+        let last = GRID.nearest(SURFACE, large, 1).block.place();
         assert!(last[1] < 4096);
     }
 }

@@ -74,7 +74,7 @@ fn witnesses(
         let mut found = Vec::new();
         for Look { hit, address, .. } in looks.iter().flatten() {
             let Some(address) = address else { continue };
-            for (texel, _) in address.texels(&surfaces.grid, parameters.filter) {
+            address.for_each_texel(&surfaces.grid, parameters.filter, |texel, _| {
                 if surfaces.blocks.begins(texel) {
                     found.push(Witness {
                         texel,
@@ -89,7 +89,7 @@ fn witnesses(
                         },
                     });
                 }
-            }
+            });
         }
         least(vec![found])
     });

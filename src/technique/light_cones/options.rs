@@ -11,6 +11,8 @@ words! {
         Nearest = "nearest",
         /// The four around it, weighted bilinearly; all of them are updated.
         Bilinear = "bilinear",
+        /// Four in each of the two sizes next to the wanted one, weighted by how near they are.
+        Trilinear = "trilinear",
     }
 }
 

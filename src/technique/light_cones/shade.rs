@@ -138,10 +138,10 @@ impl Shading<'_> {
         let straight = self.straight(&workplace.caster, &at, rng);
         let mut sum = paths.lights().emitted(&at) + straight;
         if let Some(address) = look.address {
-            let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
+            let (grid, filter) = (&self.surfaces.grid, self.parameters.filter);
             let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
             workplace.incident.clear();
-            for (texel, weight) in texels {
+            address.for_each_texel(grid, filter, |texel, weight| {
                 workplace.tally.lookups += 1;
                 let make = |shown: &mut Shown| self.show(texel, shown);
                 if let Some(cones) = workplace.texels.get(texel, make) {
@@ -151,7 +151,7 @@ impl Shading<'_> {
                     }
                     weights += weight;
                 }
-            }
+            });
             if weights > 0.0 {
                 if !workplace.incident.is_empty() {
                     scattered += at.scattered(&mut workplace.incident);

@@ -37,7 +37,8 @@ pub(super) struct Look {
 pub(super) struct Address {
     surface: Surface,
     place: glam::Vec2,
-    level: u32,
+    /// A whole number, but for filters that read two levels.
+    level: f32,
     /// Whether another size of texels would have suited it.
     other_size: bool,
 }
@@ -160,7 +161,12 @@ impl Addresses<'_> {
             .grown(hit.triangle, twice_area(scene, hit.triangle));
         let size = hit.t * self.pixel_angle / grown;
         let extent = self.surfaces.charts.size(found.island);
-        let (level, other_size) = self.surfaces.grid.level(size, self.parameters.bias, extent);
+        let wanted = self.surfaces.grid.level(size) + self.parameters.bias;
+        let wanted = match self.parameters.filter {
+            Filter::Trilinear => wanted,
+            Filter::Nearest | Filter::Bilinear => wanted.round(),
+        };
+        let level = self.surfaces.grid.within(wanted, extent);
         Some(Address {
             surface: Surface {
                 island: found.island,
@@ -168,7 +174,7 @@ impl Addresses<'_> {
             },
             place: found.place,
             level,
-            other_size,
+            other_size: level != wanted,
         })
     }
 
@@ -177,8 +183,8 @@ impl Addresses<'_> {
         let mut requests = Requests::default();
         let mut other_sizes = 0;
         for address in looks.iter().flatten().filter_map(|look| look.address) {
-            let texels = address.texels(&self.surfaces.grid, self.parameters.filter);
-            texels.for_each(|(texel, _)| requests.ask(texel));
+            let (grid, filter) = (&self.surfaces.grid, self.parameters.filter);
+            address.for_each_texel(grid, filter, |texel, _| requests.ask(texel));
             other_sizes += u64::from(address.other_size);
         }
         requests.merge();
@@ -192,16 +198,28 @@ impl Address {
         self.place
     }
 
-    /// The texels that are read there, with their weights.
-    pub fn texels(&self, grid: &Grid, filter: Filter) -> impl Iterator<Item = (Texel, f32)> {
-        let texels = match filter {
-            Filter::Nearest => {
-                let texel = grid.nearest(self.surface, self.place, self.level);
-                [1.0, 0.0, 0.0, 0.0].map(|weight| (texel, weight))
+    /// Calls `each` with the texels that are read there and their weights, none of which is 0.
+    pub fn for_each_texel(&self, grid: &Grid, filter: Filter, mut each: impl FnMut(Texel, f32)) {
+        let (finer, coarser) = (self.level as u32, self.level.fract());
+        for (level, share) in [(finer, 1.0 - coarser), (finer + 1, coarser)] {
+            if share <= 0.0 {
+                continue;
             }
-            Filter::Bilinear => grid.around(self.surface, self.place, self.level),
-        };
-        texels.into_iter().filter(|(_, weight)| *weight > 0.0)
+            let texels = match filter {
+                Filter::Nearest => {
+                    let texel = grid.nearest(self.surface, self.place, level);
+                    [1.0, 0.0, 0.0, 0.0].map(|weight| (texel, weight))
+                }
+                Filter::Bilinear | Filter::Trilinear => {
+                    grid.around(self.surface, self.place, level)
+                }
+            };
+            for (texel, weight) in texels {
+                if weight > 0.0 {
+                    each(texel, weight * share);
+                }
+            }
+        }
     }
 }
 
