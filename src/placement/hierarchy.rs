@@ -2,6 +2,7 @@
 //! without being built again.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -147,16 +148,16 @@ impl<F: Measure> Hierarchy<F> {
     /// Splits every node that is larger than `threshold`.
     fn grow(&mut self, threshold: f32) {
         let nodes = &self.nodes;
-        let mut open: Vec<usize> = (0..nodes.len())
+        let mut open: Vec<(usize, Node)> = (0..nodes.len())
             .into_par_iter()
             .with_min_len(PARALLEL)
-            .filter(|&i| self.open(&nodes[i]) && nodes[i].size > threshold)
+            .map(|i| (i, nodes[i]))
+            .filter(|(_, node)| self.open(node) && node.size > threshold)
             .collect();
-        open.par_sort_unstable_by_key(|&i| nodes[i].begin);
+        open.par_sort_unstable_by_key(|(_, node)| node.begin);
         let mut tasks = Vec::with_capacity(open.len());
         let (mut rest, mut start) = (&mut self.members[..], 0);
-        for i in open {
-            let node = self.nodes[i];
+        for (i, node) in open {
             let (_, tail) = rest.split_at_mut(node.begin as usize - start);
             let (own, tail) = tail.split_at_mut(node.len());
             tasks.push((i, node, own));
@@ -189,8 +190,9 @@ impl<F: Measure> Hierarchy<F> {
             }
             after += below.len();
         }
-        let unused = self.nodes[0];
-        self.nodes.resize(after, unused);
+        // Written by all threads: one alone would wait for each page of them.
+        let unused = rayon::iter::repeat_n(self.nodes[0], after - before);
+        self.nodes.par_extend(unused);
         let mut places = Vec::with_capacity(grown.len());
         let (mut rest, mut start) = (&mut self.nodes[before..], before);
         for Grown { below, .. } in grown {
@@ -228,15 +230,21 @@ impl<F: Measure> Hierarchy<F> {
         if opened.is_empty() {
             return vec![0];
         }
-        let mut is_open = vec![false; self.nodes.len()];
-        opened.iter().for_each(|&i| is_open[i as usize] = true);
+        let none = (0..self.nodes.len()).into_par_iter().with_min_len(PARALLEL);
+        let is_open: Vec<AtomicBool> = none.map(|_| AtomicBool::new(false)).collect();
+        let is_open = |i: u32| &is_open[i as usize];
+        let opens = opened.par_iter().with_min_len(PARALLEL);
+        opens.for_each(|&i| is_open(i).store(true, Relaxed));
         let children = |&i: &u32| {
             let first = self.nodes[i as usize].children;
             [first, first + 1]
         };
         let leaves = opened.par_iter().flat_map_iter(children);
         let key = |i: u32| u64::from(self.nodes[i as usize].begin) << 32 | u64::from(i);
-        let mut leaves: Vec<u64> = leaves.filter(|&i| !is_open[i as usize]).map(key).collect();
+        let mut leaves: Vec<u64> = leaves
+            .filter(|&i| !is_open(i).load(Relaxed))
+            .map(key)
+            .collect();
         leaves.par_sort_unstable();
         leaves.into_par_iter().map(|key| key as u32).collect()
     }
