@@ -64,7 +64,7 @@ fn run_one(planned: &Planned, args: &RunArgs) -> Result<usize, Failure> {
     out::write(written.summary);
     if args.profile {
         let store = Store::open(&planned.folder)?;
-        out::write(profile::text(&store.rows(&planned.plan)));
+        out::write(profile::text(&store.rows(&planned.plan), &outcome.besides));
     }
     if !args.quiet {
         tell!("results: {}", planned.folder.display());

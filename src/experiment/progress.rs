@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::remaining::Remaining;
 use super::{Job, Plan, Row};
 use crate::standard_error::tell;
+use crate::technique::{Clock, Stages};
 
 /// Parts of the live bar.
 const BAR: u64 = 1000;
@@ -31,6 +32,8 @@ struct State {
     told: Option<Instant>,
     last_line: Option<Instant>,
     stages: Vec<(String, f64)>,
+    /// Of what belongs to no job's row.
+    besides: Stages,
 }
 
 impl State {
@@ -205,11 +208,19 @@ impl Progress {
     }
 
     /// Runs work that belongs to no job's row, and remembers how long it took.
-    pub fn time<T>(&self, stage: &str, work: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
+    pub fn time<T>(&self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+        let clock = Clock::start();
         let result = work();
-        self.spend(stage, start.elapsed().as_secs_f64());
+        let seconds = clock.seconds();
+        let mut state = self.lock();
+        state.spend(stage, seconds.wall);
+        state.besides.add(stage, seconds);
         result
+    }
+
+    /// What was timed so.
+    pub fn besides(&self) -> Stages {
+        self.lock().besides.clone()
     }
 
     /// Remembers time that belongs to no job's row.

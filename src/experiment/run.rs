@@ -14,7 +14,7 @@ use super::sequence::{FrameRecord, frames_csv};
 use super::truths::Truths;
 use super::{Config, Job, Plan, Row, Store, progress::Progress};
 use crate::memory;
-use crate::technique::CACHES;
+use crate::technique::{CACHES, Stages};
 
 /// Rows are written again after a job once so many times what that took has gone by since.
 const ROWS_SHARE: u32 = 20;
@@ -34,8 +34,8 @@ pub struct RunOptions {
     pub checkpoint_every: Duration,
 }
 
-/// How many jobs were run now, in vain, and earlier.
-#[derive(Clone, Copy, Debug, Default)]
+/// How many jobs were run now, in vain, and earlier, and what was done besides.
+#[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Jobs that were run now, with or without success.
     pub run: usize,
@@ -43,6 +43,8 @@ pub struct Outcome {
     pub found: usize,
     /// Jobs of `run` whose row gives a reason of failure.
     pub failed: usize,
+    /// What belongs to no job: loading, references, metrics, files.
+    pub besides: Stages,
 }
 
 /// An error that ends the run; failures of single jobs are rows.
@@ -145,6 +147,7 @@ pub fn run(plan: &Plan, config: &Config, options: &RunOptions) -> Result<Outcome
     let rows = runner.store.rows(&runner.plan);
     runner.store.write_rows(&rows)?;
     runner.progress.finish(&rows);
+    runner.outcome.besides = runner.progress.besides();
     Ok(runner.outcome)
 }
 
