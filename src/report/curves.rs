@@ -14,7 +14,7 @@ use super::look::{color, marker, unit};
 use super::plot::{Plot, axis_name};
 use super::sheet::{Sheet, Stroke};
 use super::table_kinds::MOST_SCENES;
-use super::{chart, number};
+use super::{chart, lacking, number};
 use crate::experiment::Column;
 use crate::experiment::FigureSpec;
 
@@ -76,11 +76,14 @@ pub fn draw(fonts: &Fonts, data: &Data, spec: &FigureSpec) -> Result<Drawing, St
         sheet: plot.draw(fonts, &rows, |sheet, index, chart| {
             paint(sheet, fonts, &panels[index], chart);
         }),
-        caption: match data.config.repeats {
-            1 => "One run each; no intervals.",
-            _ => "Means over seeds; bars are 95 % confidence intervals.",
-        }
-        .into(),
+        caption: format!(
+            "{}{}",
+            match data.config.repeats {
+                1 => "One run each; no intervals.",
+                _ => "Means over seeds; bars are 95 % confidence intervals.",
+            },
+            lacking::seeds(data, spec, None)
+        ),
     })
 }
 

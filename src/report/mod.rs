@@ -20,6 +20,7 @@ mod frame_table;
 mod html;
 mod inset;
 mod job_lines;
+mod lacking;
 mod legend;
 mod light_map;
 mod look;

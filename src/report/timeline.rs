@@ -8,6 +8,7 @@ use super::data::{Asked, Data, SceneOf};
 use super::estimate::Estimate;
 use super::figure::{shows_method, title_of};
 use super::frame_table::FrameTable;
+use super::lacking;
 use super::plot::axis_name;
 use super::timeline_plot::{Line, Panel, Point, Timeline};
 use crate::experiment::{FigureSpec, Sequence, Swept, frame_column};
@@ -79,7 +80,8 @@ pub fn of_scene(
         methods: methods(data, spec),
         viewers: if several { viewers.clone() } else { Vec::new() },
     };
-    let caption = caption(data, &timeline, viewers.len());
+    let mut caption = caption(data, &timeline, viewers.len());
+    caption.push_str(&lacking::seeds(data, spec, Some(scene)));
     Ok((timeline, caption))
 }
 

@@ -200,6 +200,32 @@ fn figures_have_the_size_and_the_text_that_papers_ask_for() {
 }
 
 #[test]
+fn a_curve_says_where_seeds_are_missing() {
+    let place = tempfile::tempdir().expect("folder");
+    let extra = "repeats = 3\n[[figure]]\nname = \"curve\"\nkind = \"curves\"\nx = \"caches\"\n";
+    let mut folder = Folder::new(&place.path().join("lacking"), extra);
+    for caches in [1000, 2000] {
+        for (label, seed) in [("A", 1), ("A", 2), ("A", 3), ("B", 1), ("B", 2), ("B", 3)] {
+            let swept = Which {
+                caches: Some(caches),
+                ..which("statues", label, seed)
+            };
+            if (label, caches, seed) == ("B", 2000, 2) {
+                folder.plan(swept);
+            } else {
+                folder.job(swept, (0.1, 0.2), None);
+            }
+        }
+    }
+    folder.write();
+    write(&folder.path).expect("report");
+    let report = folder.text("report.html");
+    let told = "are means over the others: B in statues, caches=2000 (2 of 3).";
+    assert!(report.contains(told), "{report}");
+    assert!(!report.contains("A in statues"));
+}
+
+#[test]
 fn pictures_come_through_pixel_by_pixel() {
     let (_place, folder) = complete(EVERYTHING);
     write(&folder.path).expect("report");
