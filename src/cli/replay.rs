@@ -3,7 +3,7 @@
 use super::args::ReplayArgs;
 use super::exit::{self, Failure};
 use super::out::say;
-use crate::experiment::{Job, LIGHTS_IN_TIME, Loaded, Row, Store, build_technique};
+use crate::experiment::{AFFORDABLE, Job, Loaded, Row, Store, build_technique};
 use crate::standard_error::tell;
 use crate::technique::Terms;
 use crate::trace::RayCounter;
@@ -56,11 +56,11 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         .ok_or_else(|| Failure::usage(format!("{} has no job {id}", folder.display())))?;
     let row = store.row(&id);
     let job = &with_kept_setting(job, row.as_ref());
-    let found = row.and_then(|row| row.number(LIGHTS_IN_TIME));
+    let found = row.and_then(|row| row.number(AFFORDABLE));
     let budget = job.budget.count().or(found.map(|count| count as u64));
     let budget = budget.ok_or_else(|| {
         Failure::usage(format!(
-            "job {id} has a budget in seconds and no row that tells how many lights they paid for; \
+            "job {id} has a budget that is spent and no row that tells how many lights or samples it paid for; \
              run it first"
         ))
     })?;

@@ -15,7 +15,7 @@ use crate::technique::{TechniqueEntry, UNITS, Unit};
 pub struct Budget {
     /// What is counted or timed.
     pub unit: &'static Unit,
-    /// Whole, unless the unit is timed.
+    /// Whole, unless the unit is one that is spent.
     pub amount: f64,
 }
 
@@ -36,7 +36,7 @@ macro_rules! readers {
     };
 }
 
-static READERS: &[Reader] = readers![caches, lights, samples, seconds];
+static READERS: &[Reader] = readers![caches, lights, samples, seconds, rays_per_pixel];
 
 /// What is written of a unit for a scene: its own amount, or the experiment's.
 fn written(unit: &Unit, config: &Config, choice: &SceneChoice) -> Option<f64> {
@@ -45,9 +45,9 @@ fn written(unit: &Unit, config: &Config, choice: &SceneChoice) -> Option<f64> {
 }
 
 impl Budget {
-    /// Records, paths or shadow rays; `None` where they follow from the time.
+    /// Records, paths or shadow rays; `None` where they follow from what is spent.
     pub fn count(self) -> Option<u64> {
-        (!self.unit.is_timed).then_some(self.amount as u64)
+        self.unit.spending.is_none().then_some(self.amount as u64)
     }
 
     /// The budget of one scene; an error names the key at fault. `usual` is the amount where none is
@@ -60,12 +60,18 @@ impl Budget {
         let amount = |unit: &&'static Unit| Some((*unit, written(unit, config, choice)?));
         let given: Vec<(&'static Unit, f64)> = UNITS.iter().filter_map(amount).collect();
         if let Some((unit, _)) = given.iter().find(|(u, _)| !technique.units.contains(u)) {
-            let takes: Vec<&str> = technique.units.iter().map(|unit| unit.key).collect();
+            let takes: Vec<String> = (technique.units.iter())
+                .map(|unit| format!("`{}`", unit.key))
+                .collect();
+            let takes = match takes.as_slice() {
+                [others @ .., last] if !others.is_empty() => {
+                    format!("{} or {last}", others.join(", "))
+                }
+                all => all.concat(),
+            };
             let message = format!(
-                "{} takes `{}`, not `{}`, as its budget",
-                technique.about.id,
-                takes.join("` or `"),
-                unit.key
+                "{} takes {takes}, not `{}`, as its budget",
+                technique.about.id, unit.key
             );
             return Err((unit.key, message));
         }
@@ -91,7 +97,7 @@ impl Budget {
         let (key, amount, most) = (self.unit.key, self.amount, self.unit.most);
         match amount > 0.0 && amount <= most {
             true => Ok(()),
-            false if self.unit.is_timed || amount > most => {
+            false if self.unit.spending.is_some() || amount > most => {
                 Err(format!("{key}: expected a number above 0 and up to {most}"))
             }
             false => Err(format!(
@@ -162,7 +168,7 @@ mod tests {
             assert!(told.contains("up to"), "{told}");
             assert_eq!(budget.to_string(), format!("{}=7", unit.key));
             let json = serde_json::to_string(&budget).expect("writes");
-            let amount = if unit.is_timed { "7.0" } else { "7" };
+            let amount = if unit.spending.is_some() { "7.0" } else { "7" };
             assert_eq!(json, format!("{{\"{}\":{amount}}}", unit.key));
             assert_eq!(serde_json::from_str::<Budget>(&json).ok(), Some(budget));
         }

@@ -409,7 +409,7 @@ expect = "EXPECT"
 
     #[test]
     fn found_and_set_parameters_and_swept_keys_are_columns() {
-        for column in ["allowed_error", "passes", "lights_in_time", "sigma_a_deg"] {
+        for column in ["allowed_error", "passes", "affordable", "sigma_a_deg"] {
             planned(&format!("{column}(IM) < 1"), &[]).expect(column);
         }
         let swept = Override::parse("parameters.side=8,16").expect("reads");

@@ -56,9 +56,12 @@ pub struct Config {
     /// Paths through each pixel of a frame of every contender of path tracing.
     #[serde(default)]
     pub samples: Option<u64>,
-    /// In place of `lights`: processor seconds that the image of every contender takes.
+    /// In place of `lights` or `samples`: processor seconds that an image of every contender takes.
     #[serde(default)]
     pub seconds: Option<f64>,
+    /// In place of `lights` or `samples`: rays that an image of every contender takes a pixel, camera rays included.
+    #[serde(default)]
+    pub rays_per_pixel: Option<f64>,
     /// Environment maps by name or file, crossed with the scenes that name none themselves.
     #[serde(default)]
     pub environment: Option<OneOrMore>,
@@ -156,12 +159,12 @@ pub struct SceneChoice {
     /// In place of the `path` of `[sequence]`.
     #[serde(default)]
     pub path: Option<String>,
-    /// Records at full size, in place of the experiment's.
-    #[serde(default)]
-    pub caches: Option<u64>,
     /// In place of the `viewers` of `[sequence]`.
     #[serde(default)]
     pub viewers: Option<ViewersSpec>,
+    /// Records at full size, in place of the experiment's.
+    #[serde(default)]
+    pub caches: Option<u64>,
     /// Shadow rays per shading point, in place of the experiment's.
     #[serde(default)]
     pub lights: Option<u64>,
@@ -171,6 +174,9 @@ pub struct SceneChoice {
     /// Seconds of each image, in place of the experiment's.
     #[serde(default)]
     pub seconds: Option<f64>,
+    /// Rays of each image a pixel, in place of the experiment's.
+    #[serde(default)]
+    pub rays_per_pixel: Option<f64>,
     /// Replaces the scene's environment; several maps make several scenes.
     #[serde(default)]
     pub environment: Option<OneOrMore>,

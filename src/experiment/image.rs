@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::afford::{Trial, afford};
+use super::budget::Budget;
 use super::config::{Config, ConfigError, Source};
 use super::plan::Planner;
-use super::{Job, Plan, equal_time};
+use super::{Job, Plan};
 use crate::image::Image;
 use crate::technique::{Passes, Rendered, Shot, Stages, Technique};
 use crate::trace::RayCounter;
@@ -47,14 +49,20 @@ pub fn render_job(
     reference: Option<&Image>,
 ) -> Result<Rendered, String> {
     let render = |count: u64| job.choice(count).still(technique, shot, reference);
-    match job.budget.count() {
-        Some(count) => render(count),
-        None => {
-            let render = |count| Ok(vec![render(count)?]);
-            let mut images = equal_time::render_within(job.budget.amount, render)?;
-            images.pop().ok_or_else(|| "no image was rendered".into())
-        }
-    }
+    let Budget { unit, amount } = job.budget;
+    let Some(spending) = &unit.spending else {
+        return render(amount as u64);
+    };
+    let mut afforded = afford(amount, unit, spending, |count| {
+        let images = vec![render(count)?];
+        let mut trial = Trial::of(count);
+        trial.add(&images, spending, shot.pixels());
+        trial.keep(images);
+        Ok(trial)
+    })?;
+    let mut images = std::mem::take(&mut afforded.images);
+    afforded.tell(&mut images);
+    images.pop().ok_or_else(|| "no image was rendered".into())
 }
 
 /// The image of the method [`EXACT`].

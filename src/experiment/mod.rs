@@ -1,5 +1,6 @@
 //! From a config to rows: overrides, plan, run, store, claims and gates.
 
+mod afford;
 mod arrays;
 mod budget;
 mod case;
@@ -12,7 +13,6 @@ mod config;
 #[cfg(test)]
 mod config_page;
 mod darkness;
-mod equal_time;
 mod expression;
 mod foresee;
 mod identity;
@@ -45,6 +45,7 @@ mod suite;
 mod sweep;
 mod truths;
 
+pub use afford::FOUND as AFFORDABLE;
 pub use budget::Budget;
 pub use case::{Case, NamedPlace, Place, Swept};
 pub use cases::{Cases, RowNote};
@@ -53,7 +54,6 @@ pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit};
 pub use config::{
     Config, ConfigError, OneOrMore, SceneChoice, SceneTransform, Source, line_column,
 };
-pub use equal_time::FOUND as LIGHTS_IN_TIME;
 pub use expression::{Expression, Measured};
 pub use foresee::{JobMemory, foresee};
 pub use identity::{hash, scene_key};

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::rc::Rc;
 
-use super::equal_time;
+use super::Job;
+use super::afford::{Afforded, Trial, afford};
+use super::budget::Budget;
 use super::loaded::Loaded;
 use super::pictures::{self, Shown};
 use super::progress::Progress;
 use super::sequence::{Animation, Checkpoint, FrameRecord, Metrics, Thumbnail};
 use super::truths::{Truth, Truths};
-use super::{Job, LIGHTS_IN_TIME};
 use crate::image::Image;
 use crate::metric::{CompareOptions, Comparison, compare, pixel_errors};
 use crate::scene::View;
@@ -55,6 +56,11 @@ impl Player<'_> {
         let sequence = &self.job.sequence;
         let exposures = truths.exposures(|| self.exposures(loaded))?;
         let mut state = Checkpoint::read(self.folder);
+        let mut afforded = match state.count {
+            None => self.afford(loaded, truths, &exposures)?,
+            Some(_) => None,
+        };
+        state.count = state.count.or(afforded.as_ref().map(|found| found.count));
         let mut playing = self.start(state.count)?;
         let contender = playing.contender.as_mut();
         self.rewind(loaded, truths, &exposures, contender, state.done)?;
@@ -70,29 +76,24 @@ impl Player<'_> {
             let time_s = sequence.time_s(number);
             let views = loaded.views(self.job, number)?;
             let moment = loaded.world.at(time_s);
-            let mut shots = self.shots(moment, &views, (number, &exposures));
-            for shot in &mut shots {
-                shot.layer = truths.layer(self.technique, shot);
-            }
+            let shots = self.shots(moment, &views, (number, &exposures), truths);
             let frame = Frame {
                 place,
                 number,
                 time_s,
                 shots: &shots,
             };
-            let images = match (self.job.budget.count(), place) {
-                (None, 0) => {
-                    let (count, images) = self.within(self.job.budget.amount, &frame)?;
-                    state.count = Some(count);
-                    if sequence.images() == 1 {
-                        images
-                    } else {
-                        playing = self.start(state.count)?;
-                        let played = self.frame(&mut playing, &frame, truths)?;
-                        played.into_iter().zip(images).map(with_search).collect()
+            let found = afforded.take();
+            let images = match found {
+                None => self.frame(&mut playing, &frame, truths)?,
+                Some(mut found) => {
+                    let mut images = std::mem::take(&mut found.images);
+                    if images.is_empty() {
+                        images = self.frame(&mut playing, &frame, truths)?;
                     }
+                    found.tell(&mut images);
+                    images
                 }
-                _ => self.frame(&mut playing, &frame, truths)?,
             };
             self.measure(&frame, images, &mut state, truths)?;
             state.done = place + 1;
@@ -112,7 +113,7 @@ impl Player<'_> {
         Ok(state.frames)
     }
 
-    /// The contender; `count` is what a budget in seconds was found to pay for.
+    /// The contender; `count` is what a budget that is spent was found to pay for.
     fn start(&self, count: Option<u64>) -> Result<Playing<'_>, String> {
         let count = count.or(self.job.budget.count()).unwrap_or(1);
         self.job.choice(count).play_from_start(self.technique)
@@ -136,7 +137,7 @@ impl Player<'_> {
         let first = sequence.frames[0];
         let views = loaded.views(self.job, first)?;
         let moment = loaded.world.at(sequence.time_s(first));
-        let shots = self.shots(moment, &views, (first, exposures));
+        let shots = self.shots(moment, &views, (first, exposures), truths);
         contender.rebuild(&shots)?;
         if contender.searches() {
             self.search(contender, &shots, truths)?;
@@ -159,17 +160,20 @@ impl Player<'_> {
         Ok(shots.map(|shot| self.technique.exposure(&shot)).collect())
     }
 
+    /// What the viewers of a frame see, over the layer that their technique leaves to others.
     fn shots<'s>(
         &self,
         moment: Moment<'s>,
         views: &'s [View],
         (frame, exposures): (u32, &[f32]),
+        truths: &mut Truths,
     ) -> Vec<Shot<'s>> {
         let film = Film::of(self.job);
         let seen = views.iter().zip(exposures).zip(0..);
         seen.map(|((view, exposure), viewer)| {
             let mut shot = Shot::new(moment, view, film);
             (shot.frame, shot.viewer, shot.exposure) = (frame, viewer, *exposure);
+            shot.layer = truths.layer(self.technique, &shot);
             shot
         })
         .collect()
@@ -232,17 +236,42 @@ impl Player<'_> {
         truths.of(self.job, (self.technique, shot), self.progress)
     }
 
-    /// The images of the first frame with as many lights or samples as take some seconds, and their number.
-    fn within(&self, seconds: f64, frame: &Frame) -> Result<(u64, Vec<Rendered>), String> {
-        let images = equal_time::render_within(seconds, |count| {
-            self.played(&mut self.start(Some(count))?, frame)
-        })?;
-        let found = images[0]
-            .found
-            .iter()
-            .find(|(key, _)| *key == LIGHTS_IN_TIME);
-        let count = found.map_or(1.0, |(_, count)| *count);
-        Ok((count as u64, images))
+    /// How many lights or samples a budget pays for; `None` where they are counted out.
+    fn afford(
+        &self,
+        loaded: &mut Loaded,
+        truths: &mut Truths,
+        exposures: &[f32],
+    ) -> Result<Option<Afforded>, String> {
+        let Budget { unit, amount } = self.job.budget;
+        let Some(spending) = &unit.spending else {
+            return Ok(None);
+        };
+        let frames = &self.job.sequence.frames;
+        let afforded = afford(amount, unit, spending, |count| {
+            let mut trial = Trial::of(count);
+            let mut playing = self.start(Some(count))?;
+            loaded.world.rewind();
+            for (place, &number) in frames.iter().enumerate() {
+                let time_s = self.job.sequence.time_s(number);
+                let views = loaded.views(self.job, number)?;
+                let moment = loaded.world.at(time_s);
+                let shots = self.shots(moment, &views, (number, exposures), truths);
+                let frame = Frame {
+                    place,
+                    number,
+                    time_s,
+                    shots: &shots,
+                };
+                let images = self.played(&mut playing, &frame)?;
+                trial.add(&images, spending, shots[0].pixels());
+                if frames.len() == 1 {
+                    trial.keep(images);
+                }
+            }
+            Ok(trial)
+        });
+        afforded.map(Some)
     }
 
     /// Compares the images of a frame with their references and notes what it took.
@@ -364,14 +393,6 @@ impl Player<'_> {
         }
         Ok(())
     }
-}
-
-/// What finding the number of lights took belongs to the first frame.
-fn with_search((mut played, found): (Rendered, Rendered)) -> Rendered {
-    played.search.add(found.search);
-    played.found = found.found;
-    played.notes = found.notes;
-    played
 }
 
 /// Mean over pixels and channels.

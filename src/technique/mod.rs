@@ -40,7 +40,7 @@ pub use passes::Passes;
 pub use shading_points::shading_points;
 pub use shot::{Film, Missed, Seen, Shot, Site};
 pub use stages::{Clock, Seconds, Stage, Stages};
-pub use unit::{CACHES, Casts, LIGHTS, SAMPLES, SECONDS, UNITS, Unit};
+pub use unit::{CACHES, Casts, LIGHTS, RAYS_PER_PIXEL, SAMPLES, SECONDS, Spending, UNITS, Unit};
 
 use glam::Vec3;
 use rayon::prelude::*;

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    ContenderEntry, SAMPLES, ShadingFunction, Shot, Started, Technique, TechniqueEntry, Terms,
-    each_pixel, path_samples, running_mean,
+    ContenderEntry, RAYS_PER_PIXEL, SAMPLES, SECONDS, ShadingFunction, Shot, Started, Technique,
+    TechniqueEntry, Terms, each_pixel, path_samples, running_mean,
 };
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::sample::Rng;
@@ -41,7 +41,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         }))
     },
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
-    units: &[&SAMPLES],
+    units: &[&SAMPLES, &SECONDS, &RAYS_PER_PIXEL],
     default_method: "reference",
     of_contenders: &[],
 };

@@ -104,7 +104,7 @@ fn wrong_budgets_are_refused_with_their_key_and_what_is_expected() {
         ),
         (
             TIMED.replace("seconds = 0.02", "caches = 4"),
-            "takes `lights` or `seconds`, not `caches`",
+            "takes `lights`, `seconds` or `rays_per_pixel`, not `caches`",
         ),
         (
             TINY.replace("caches = 60", "seconds = 1.0"),

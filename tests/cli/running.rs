@@ -44,7 +44,7 @@ fn a_budget_in_seconds_records_the_count_that_repeats_its_image() {
     assert_eq!(rows.len(), 2);
     for row in rows {
         assert_eq!(row["budget"], "seconds=0.02");
-        let count = row["params"]["lights_in_time"].as_f64().expect("recorded");
+        let count = row["params"]["affordable"].as_f64().expect("recorded");
         assert!(count >= 1.0 && count.fract() == 0.0);
         let method = row["method"].as_str().expect("text");
         let counted = TIMED.replace("seconds = 0.02", &format!("lights = {count}"));
@@ -60,6 +60,53 @@ fn a_budget_in_seconds_records_the_count_that_repeats_its_image() {
         let job = format!("timed/jobs/{}", row["job"].as_str().expect("text"));
         let pixel = place.lightbench(&["replay", &job, "--pixel", "12,14"]);
         assert_eq!(pixel.code, 0, "{}", pixel.err);
+    }
+}
+
+#[test]
+fn a_budget_in_rays_is_spent_and_never_exceeded() {
+    const SPENT: &str = r#"
+name = "spent"
+technique = "direct-lighting"
+size = [24, 16]
+rays_per_pixel = 11
+parameters = { reference_passes = 4 }
+sequence = { frames = 4, warm_up = 2 }
+[[scene]]
+name = "cornell-curved"
+[[method]]
+id = "rt"
+rays = 2
+[[method]]
+id = "light-cones"
+"#;
+    let place = Place::new();
+    place.write("spent.toml", SPENT);
+    let run = place.lightbench(&["run", "spent.toml", "--out", "spent"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let rays_per_pixel = |row: &serde_json::Value| {
+        let rays =
+            row["rays"].as_f64().expect("counted") + row["shadow_rays"].as_f64().unwrap_or(0.0);
+        rays / f64::from(24 * 16 * 4)
+    };
+    for row in place.rows("spent") {
+        let count = row["params"]["affordable"].as_f64().expect("recorded");
+        assert!(row["search_rays"].as_u64().expect("counted") > 0);
+        assert!(rays_per_pixel(&row) <= 11.0, "{row}");
+        let method = row["method"].as_str().expect("text");
+        let with = |samples: f64| {
+            let counted = SPENT.replace("rays_per_pixel = 11", &format!("samples = {samples}"));
+            place.write("counted.toml", &counted);
+            let out = format!("{method}-{samples}");
+            let run = place.lightbench(&["run", "counted.toml", "--method", method, "--out", &out]);
+            assert_eq!(run.code, 0, "{}", run.err);
+            place.rows(&out).remove(0)
+        };
+        let (same, more) = (with(count), with(count + 1.0));
+        assert!(rays_per_pixel(&more) > 11.0, "{more}");
+        for column in ["rmse", "flip_ldr", "rays", "shadow_rays"] {
+            assert_eq!(same[column], row[column], "{method} {column}");
+        }
     }
 }
 

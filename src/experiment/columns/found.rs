@@ -5,10 +5,10 @@ use super::{Cells, ColumnEntry, Unit};
 /// What methods find on the way and leave in `params`.
 pub const FOUND: &[ColumnEntry] = &[
     found(
-        "lights_in_time",
+        "affordable",
         "lights or samples",
         Unit::Count,
-        "lights or samples that a budget of seconds pays for",
+        "lights or samples that a budget of seconds or rays pays for",
     ),
     found(
         "reprojected",

@@ -20,7 +20,7 @@ pub struct Checkpoint {
     /// Error images of the last frame, by viewer; empty if that was not measured.
     pub errors: Vec<Image>,
     pub thumbnails: Vec<Thumbnail>,
-    /// Records, lights or samples, where a budget in seconds had to be turned into a count.
+    /// Records, lights or samples, where a budget that is spent had to be turned into a count.
     pub count: Option<u64>,
     /// What the contender remembers.
     pub memory: Vec<u8>,

@@ -7,7 +7,10 @@ pub(super) mod selection;
 mod sight;
 
 use super::truth::{Parameters, Truth};
-use super::{ContenderEntry, SAMPLES, TechniqueEntry, light_cones, path_samples, running_mean};
+use super::{
+    ContenderEntry, RAYS_PER_PIXEL, SAMPLES, SECONDS, TechniqueEntry, light_cones, path_samples,
+    running_mean,
+};
 use crate::entry::{About, Bias};
 use crate::shade::DIRECT_LIGHTING;
 
@@ -43,7 +46,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         )?))
     },
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
-    units: &[&SAMPLES],
+    units: &[&SAMPLES, &SECONDS, &RAYS_PER_PIXEL],
     default_method: "reference",
     of_contenders: &[],
 };

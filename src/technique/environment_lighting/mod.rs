@@ -18,8 +18,8 @@ mod upsampling;
 use toml::Table;
 
 use super::{
-    Contender, LIGHTS, Listed, Rendered, SECONDS, ShadingFunction, Shot, Started, Technique,
-    TechniqueEntry, Terms,
+    Contender, LIGHTS, Listed, RAYS_PER_PIXEL, Rendered, SECONDS, ShadingFunction, Shot, Started,
+    Technique, TechniqueEntry, Terms,
 };
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::environment::{
@@ -64,7 +64,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         let samplers = ENVIRONMENT_SAMPLERS.iter().map(listed);
         samplers.chain(reservoirs).collect()
     },
-    units: &[&LIGHTS, &SECONDS],
+    units: &[&LIGHTS, &SECONDS, &RAYS_PER_PIXEL],
     default_method: "decomposition",
     of_contenders: &[],
 };

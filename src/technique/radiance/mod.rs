@@ -15,7 +15,9 @@ mod sharc;
 pub(super) use camera::viewer_key;
 
 use super::truth::{Parameters, Truth};
-use super::{ContenderEntry, SAMPLES, TechniqueEntry, path_samples, running_mean};
+use super::{
+    ContenderEntry, RAYS_PER_PIXEL, SAMPLES, SECONDS, TechniqueEntry, path_samples, running_mean,
+};
 use crate::entry::{About, Bias};
 
 /// What it compares.
@@ -42,7 +44,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
     },
     build: |table| Ok(Box::new(Truth::new(table, None, CONTENDERS)?)),
     contenders: || CONTENDERS.iter().map(ContenderEntry::listed).collect(),
-    units: &[&SAMPLES],
+    units: &[&SAMPLES, &SECONDS, &RAYS_PER_PIXEL],
     default_method: "hash-cache",
     of_contenders: &[],
 };
