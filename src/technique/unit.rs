@@ -56,6 +56,9 @@ pub struct Casts {
 /// What images of a given time count as in estimates, with those that the time is found by.
 const RAYS_PER_SECOND: f64 = 2e7;
 
+/// Images of about the budget's rays that a count is found by, and the one that is kept.
+const TRIED: f64 = 4.0;
+
 /// Records.
 pub static CACHES: Unit = Unit {
     key: "caches",
@@ -126,7 +129,7 @@ pub static RAYS_PER_PIXEL: Unit = Unit {
     most: 1e9,
     is_of_image: false,
     usual: |_| 16.0,
-    rays: |amount, image| image.pixels * amount,
+    rays: |amount, image| TRIED * image.pixels * amount,
 };
 
 /// Every unit.
