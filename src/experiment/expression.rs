@@ -11,6 +11,8 @@
 //! for the mean over all scenes; `LABEL; KEY=VALUE, …` or `LABEL@SCENE; KEY=VALUE, …` at another swept value), columns
 //! those of `rows.csv`.
 
+use super::named::Named;
+
 /// Longest text of a comparison, bytes.
 const MAX_LENGTH: usize = 4096;
 
@@ -237,6 +239,7 @@ impl<'a> Parser<'a> {
         }
         let close = closing(self.rest()).ok_or_else(|| self.expected("`)`"))?;
         let label = self.rest()[..close].trim().to_owned();
+        Named::parse(&label)?;
         self.at += close + 1;
         Ok(Term::Column {
             column: word.to_owned(),
@@ -365,6 +368,7 @@ mod tests {
             "rmse(A) == 1",
             "rmse(A) < = 1",
             "min(rmse(A) < 1",
+            "rmse(A; caches) < 1",
         ] {
             let message = Expression::parse(text).expect_err(text);
             assert!(message.contains("expected"), "{message}");

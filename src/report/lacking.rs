@@ -44,7 +44,7 @@ pub fn seeds(data: &Data, spec: &FigureSpec, only: Option<&SceneOf>) -> String {
     match lacking.is_empty() {
         true => String::new(),
         false => format!(
-            " Seeds failed or are missing, so that points are means over the others: {}{more}.",
+            " Seeds failed or are missing: {}{more}. Their points are means over the others, and means over scenes have none.",
             lacking.join("; ")
         ),
     }

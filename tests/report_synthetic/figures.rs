@@ -220,7 +220,7 @@ fn a_curve_says_where_seeds_are_missing() {
     folder.write();
     write(&folder.path).expect("report");
     let report = folder.text("report.html");
-    let told = "are means over the others: B in statues, caches=2000 (2 of 3).";
+    let told = "Seeds failed or are missing: B in statues, caches=2000 (2 of 3). Their points";
     assert!(report.contains(told), "{report}");
     assert!(!report.contains("A in statues"));
 }
