@@ -3,6 +3,8 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use rayon::prelude::*;
+
 /// Moves the items into memory of exactly their size that is asked to be in huge pages: a visit of a
 /// large tree otherwise often waits for the address of a page before it waits for the page.
 #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))]
@@ -17,6 +19,29 @@ pub fn room_for<T>(count: usize) -> Vec<T> {
     let mut room = Vec::with_capacity(count);
     ask_for_huge_pages(&mut room);
     room
+}
+
+/// The items of all lists, one list after another. All threads write them and give back the lists: one alone would wait
+/// for each page of either.
+pub fn concatenated<T: Clone + Send + Sync>(lists: Vec<Vec<T>>) -> Vec<T> {
+    let Some(some) = lists.iter().flatten().next() else {
+        return Vec::new();
+    };
+    let count = lists.iter().map(Vec::len).sum();
+    let mut all = Vec::with_capacity(count);
+    all.par_extend(rayon::iter::repeat_n(some.clone(), count));
+    let mut rest = &mut all[..];
+    let places: Vec<_> = lists
+        .into_iter()
+        .map(|list| {
+            let (own, tail) = std::mem::take(&mut rest).split_at_mut(list.len());
+            rest = tail;
+            (own, list)
+        })
+        .collect();
+    let places = places.into_par_iter();
+    places.for_each(|(own, list)| own.clone_from_slice(&list));
+    all
 }
 
 /// Advice for the whole huge pages within the vector's memory, best given before they are first
@@ -128,5 +153,17 @@ impl Peak {
     pub fn bytes(&self) -> usize {
         let most = ALLOCATED.most.load(Ordering::Relaxed);
         most.saturating_sub(self.before)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn lists_follow_one_another() {
+        let lists: Vec<Vec<String>> = [&["a", "b"][..], &[], &["c"]]
+            .map(|list| list.iter().map(|&item| item.to_owned()).collect())
+            .to_vec();
+        assert_eq!(super::concatenated(lists), ["a", "b", "c"]);
+        assert!(super::concatenated(vec![Vec::<u8>::new()]).is_empty());
     }
 }

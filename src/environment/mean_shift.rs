@@ -67,11 +67,13 @@ impl<'a> Segmentation<'a> {
             .map(|index| self.mode(index))
             .collect();
         let mut parents: Vec<u32> = (0..modes.len() as u32).collect();
-        for (a, b) in neighbours(self.blocks.width, self.blocks.height) {
-            if self.distance2(&modes[a], &modes[b]) <= 0.25 {
-                let (a, b) = (root(&mut parents, a as u32), root(&mut parents, b as u32));
-                parents[a.max(b) as usize] = a.min(b);
-            }
+        let pairs: Vec<(usize, usize)> =
+            neighbours(self.blocks.width, self.blocks.height).collect();
+        let pairs = pairs.into_par_iter().with_min_len(1024);
+        let alike = pairs.filter(|&(a, b)| self.distance2(&modes[a], &modes[b]) <= 0.25);
+        for (a, b) in alike.collect::<Vec<_>>() {
+            let (a, b) = (root(&mut parents, a as u32), root(&mut parents, b as u32));
+            parents[a.max(b) as usize] = a.min(b);
         }
         let mut labels = vec![u32::MAX; modes.len()];
         let mut count = 0;

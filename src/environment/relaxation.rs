@@ -49,6 +49,8 @@ struct Group {
 
 /// Most members of a group.
 const MOST_MEMBERS: usize = 32;
+/// More items than this are divided by all threads.
+const PARALLEL: usize = 1 << 11;
 /// Covers the rounding of squared distances.
 const SLACK: f64 = 1e-12;
 
@@ -56,8 +58,7 @@ impl<'a> Cells<'a> {
     /// Assigns every item; there must be a centre.
     pub fn new(items: &'a [Item], centres: Vec<DVec3>) -> Self {
         let mut members: Vec<u32> = (0..items.len() as u32).collect();
-        let mut groups = Vec::with_capacity(2 * items.len() / MOST_MEMBERS + 1);
-        divide(items, &mut members, 0, &mut groups);
+        let groups = divide(items, &mut members, 0);
         let mut cells = Self {
             items,
             centres,
@@ -183,14 +184,31 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Halves the items along the longest side of their box until they are few.
-fn divide(items: &[Item], members: &mut [u32], first: usize, groups: &mut Vec<Group>) {
+/// Groups of items: they are halved along the longest side of their box until they are few.
+fn divide(items: &[Item], members: &mut [u32], first: usize) -> Vec<Group> {
+    let mut groups = Vec::with_capacity(2 * members.len() / MOST_MEMBERS + 1);
+    if members.len() <= PARALLEL {
+        append_groups(items, members, first, &mut groups);
+        return groups;
+    }
+    let half = halve(members, |member| items[member as usize].direction);
+    let (left, right) = members.split_at_mut(half);
+    let (left, right) = rayon::join(
+        || divide(items, left, first),
+        || divide(items, right, first + half),
+    );
+    groups.extend(left);
+    groups.extend(right);
+    groups
+}
+
+fn append_groups(items: &[Item], members: &mut [u32], first: usize, groups: &mut Vec<Group>) {
     let direction = |member: u32| items[member as usize].direction;
     if members.len() > MOST_MEMBERS {
         let half = halve(members, direction);
         let (left, right) = members.split_at_mut(half);
-        divide(items, left, first, groups);
-        divide(items, right, first + half, groups);
+        append_groups(items, left, first, groups);
+        append_groups(items, right, first + half, groups);
         return;
     }
     let directions = || members.iter().map(|&member| direction(member));

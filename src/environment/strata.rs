@@ -244,11 +244,15 @@ impl Merging {
 /// Two items far apart; `None` when all have the same direction.
 fn far_pair(items: &[Item]) -> Option<[glam::DVec3; 2]> {
     let farthest = |from: glam::DVec3| {
-        items.iter().map(|item| item.direction).max_by(|a, b| {
-            (*a - from)
-                .length_squared()
-                .total_cmp(&(*b - from).length_squared())
-        })
+        // Of equally far ones the last, whatever threads there are.
+        let places = items.par_iter().with_min_len(1024).enumerate();
+        let all = places.map(|(place, item)| ((item.direction - from).length_squared(), place));
+        let farther = |a: (f64, usize), b: (f64, usize)| {
+            let order = a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            if order.is_gt() { a } else { b }
+        };
+        let (_, place) = all.reduce_with(farther)?;
+        Some(items[place].direction)
     };
     let first = farthest(items.first()?.direction)?;
     let second = farthest(first)?;

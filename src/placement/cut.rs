@@ -1,6 +1,7 @@
 //! The search for σ_s: which spatial splits are made so that the angular ones meet the budget.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use rayon::prelude::*;
 
@@ -9,9 +10,11 @@ use super::hierarchy::{Hierarchy, Measure};
 use super::members::{Bounds, Member, POSITION, Spot, complete};
 use super::partition::{halve, partition};
 use super::representative::{Average, nearest_to_average};
+use super::share::shares;
 use crate::cache::{NO_POINT, ShadingPoints};
+use crate::memory::concatenated;
 
-/// Fewest nodes whose angular clusters are counted together.
+/// Fewest nodes whose angular clusters are counted together, and nodes that one thread splits.
 const BATCH: usize = 256;
 /// Nodes whose normals are fetched together: many fetches wait at once.
 const GROUP: usize = 32;
@@ -33,6 +36,7 @@ impl Angular<'_> {
 }
 
 /// A cluster after the angular splits.
+#[derive(Clone)]
 pub(super) struct Cluster {
     /// Its members in the tree.
     pub range: Range<usize>,
@@ -69,10 +73,10 @@ impl Cut {
         count: usize,
     ) -> Self {
         let order = tree.largest_first(count - 1);
-        let mut counts = AngularCounts {
+        let counts = AngularCounts {
             tree,
             angular,
-            known: vec![Known::default(); tree.nodes.len()],
+            known: Known::nothing(tree.nodes.len()),
             limit: u32::try_from(count).unwrap_or(u32::MAX).saturating_add(1),
         };
         let leaves = tree.cut(&order);
@@ -115,26 +119,12 @@ impl Cut {
         tree: &mut Hierarchy<F>,
         angular: Angular,
     ) -> Vec<Cluster> {
-        let mut tasks = Vec::with_capacity(self.nodes.len());
-        let mut rest = &mut tree.members[..];
-        let mut start = 0;
-        for (&node, &record) in self.nodes.iter().zip(&self.records) {
-            let (own, tail) = rest.split_at_mut(tree.nodes[node as usize].len());
-            let offset = start;
-            start += own.len();
-            tasks.push((offset, own, record));
-            rest = tail;
-        }
-        let split = |mut clusters: Vec<Cluster>,
-                     (offset, own, record): (usize, &mut [Spot], Option<u32>)| {
-            if record.is_some() {
-                let range = offset..offset + own.len();
-                clusters.push(Cluster { range, record });
-                return clusters;
-            }
+        let nodes = &tree.nodes;
+        let range = |node: u32| nodes[node as usize].range();
+        let split = |node: u32, own: &mut [Spot], clusters: &mut Vec<Cluster>| {
             let mut members = Vec::with_capacity(own.len());
             complete(angular.points, own, &mut members);
-            let first = clusters.len();
+            let (first, offset) = (clusters.len(), range(node).start);
             angular.cones.split(&mut members, 0, &mut |range| {
                 let record = None;
                 clusters.push(Cluster { range, record });
@@ -148,15 +138,28 @@ impl Cut {
             for (spot, member) in own.iter_mut().zip(&members) {
                 *spot = member.spot();
             }
-            clusters
         };
-        let parts = tasks.into_par_iter().fold(Vec::new, split);
-        parts.collect::<Vec<_>>().into_iter().flatten().collect()
+        let shares = shares(&mut tree.members, &self.nodes, BATCH, |&node| range(node));
+        let clusters = shares
+            .into_par_iter()
+            .zip(self.records.par_chunks(BATCH))
+            .map(|(mut share, records)| {
+                let mut clusters = Vec::with_capacity(records.len());
+                for (&node, &record) in share.parts.iter().zip(records) {
+                    let range = range(node);
+                    match record {
+                        Some(_) => clusters.push(Cluster { range, record }),
+                        None => split(node, share.items(range), &mut clusters),
+                    }
+                }
+                clusters
+            });
+        concatenated(clusters.collect())
     }
 }
 
 /// What the angular splits make of a spatial cluster.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Known {
     /// Number of clusters; 0 where it is not known yet.
     count: u32,
@@ -164,26 +167,50 @@ struct Known {
     record: u32,
 }
 
+impl Known {
+    /// Nothing of so many clusters.
+    fn nothing(clusters: usize) -> Vec<AtomicU64> {
+        let all = (0..clusters).into_par_iter().with_min_len(1 << 15);
+        all.map(|_| AtomicU64::new(0)).collect()
+    }
+
+    fn read(from: &AtomicU64) -> Self {
+        let bits = from.load(Relaxed);
+        Self {
+            count: (bits >> 32) as u32,
+            record: bits as u32,
+        }
+    }
+
+    fn write(self, to: &AtomicU64) {
+        to.store(
+            u64::from(self.count) << 32 | u64::from(self.record),
+            Relaxed,
+        );
+    }
+}
+
 /// What the angular splits make of each spatial cluster.
 struct AngularCounts<'a, F: Measure> {
     tree: &'a Hierarchy<F>,
     angular: Angular<'a>,
-    known: Vec<Known>,
+    /// See [`Known::read`]: all threads write them.
+    known: Vec<AtomicU64>,
     /// Counting stops here.
     limit: u32,
 }
 
 impl<F: Measure<Member = Spot>> AngularCounts<'_, F> {
     fn of(&self, node: u32) -> usize {
-        self.known[node as usize].count as usize
+        Known::read(&self.known[node as usize]).count as usize
     }
 
     fn record(&self, node: u32) -> Option<u32> {
-        let known = self.known[node as usize];
+        let known = Known::read(&self.known[node as usize]);
         (known.count == 1).then_some(known.record)
     }
 
-    fn learn(&mut self, nodes: &[u32]) {
+    fn learn(&self, nodes: &[u32]) {
         let angular = self.angular;
         let look = |members: &mut [Member]| {
             let count = angular.cones.count(members, self.limit);
@@ -199,18 +226,14 @@ impl<F: Measure<Member = Spot>> AngularCounts<'_, F> {
             let all = group.iter().map(|&i| spots(i));
             all.for_each(|own| complete(angular.points, own, members));
             let mut rest = &mut members[..];
-            let known = group.iter().map(|&i| {
+            for &i in group {
                 let (own, tail) = std::mem::take(&mut rest).split_at_mut(spots(i).len());
                 rest = tail;
-                look(own)
-            });
-            known.collect::<Vec<_>>()
+                look(own).write(&self.known[i as usize]);
+            }
         };
         let groups = nodes.par_chunks(GROUP);
-        let known: Vec<Vec<Known>> = groups.map_init(Vec::new, look_at_group).collect();
-        for (&i, known) in nodes.iter().zip(known.into_iter().flatten()) {
-            self.known[i as usize] = known;
-        }
+        groups.for_each_init(Vec::new, look_at_group);
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use super::partition::{Coordinates, PART, halve, is_large, is_shared, partition, partition_large};
+use super::share::shares;
 
 /// Nodes with more members than this grow their halves in parallel.
 const PARALLEL: usize = 1 << 15;
@@ -79,7 +80,7 @@ pub(super) struct Hierarchy<F: Measure> {
 #[derive(Default)]
 struct Grown {
     /// The nodes that were split, and where in `below` the two children of each are.
-    parents: Vec<(usize, u32)>,
+    parents: Vec<(u32, u32)>,
     /// Indices of children count from its start.
     below: Vec<Node>,
 }
@@ -148,45 +149,39 @@ impl<F: Measure> Hierarchy<F> {
     /// Splits every node that is larger than `threshold`.
     fn grow(&mut self, threshold: f32) {
         let nodes = &self.nodes;
-        let mut open: Vec<(usize, Node)> = (0..nodes.len())
+        let open = (0..nodes.len() as u32)
             .into_par_iter()
             .with_min_len(PARALLEL)
-            .map(|i| (i, nodes[i]))
-            .filter(|(_, node)| self.open(node) && node.size > threshold)
-            .collect();
-        open.par_sort_unstable_by_key(|(_, node)| node.begin);
-        let mut tasks = Vec::with_capacity(open.len());
-        let (mut rest, mut start) = (&mut self.members[..], 0);
-        for (i, node) in open {
-            let (_, tail) = rest.split_at_mut(node.begin as usize - start);
-            let (own, tail) = tail.split_at_mut(node.len());
-            tasks.push((i, node, own));
-            (rest, start) = (tail, node.end as usize);
-        }
+            .filter(|&i| self.open(&nodes[i as usize]) && nodes[i as usize].size > threshold);
+        let open = self.by_first_member(open);
         let growth = &self.growth;
-        let a_list = (tasks.len() / LISTS).max(1);
-        let lists = tasks.into_par_iter().chunks(a_list);
-        let grown: Vec<Grown> = lists
-            .map(|tasks| {
+        let together = (open.len() / LISTS).max(1);
+        let range = |&i: &u32| nodes[i as usize].range();
+        let shares = shares(&mut self.members, &open, together, range);
+        let grown: Vec<Grown> = shares
+            .into_par_iter()
+            .map(|mut share| {
                 let mut grown = Grown::default();
-                for (parent, node, own) in tasks {
+                for &parent in share.parts {
+                    let node = nodes[parent as usize];
                     let first = grown.below.len() as u32;
                     grown.parents.push((parent, first));
+                    let own = share.items(node.range());
                     growth.extend(node, own, threshold, &mut grown.below);
                 }
                 grown
             })
             .collect();
-        self.append_all(&grown);
+        self.append_all(grown);
     }
 
     /// Appends what grew.
-    fn append_all(&mut self, grown: &[Grown]) {
+    fn append_all(&mut self, grown: Vec<Grown>) {
         let before = self.nodes.len();
         let mut after = before;
-        for Grown { parents, below } in grown {
+        for Grown { parents, below } in &grown {
             for &(parent, first) in parents {
-                self.nodes[parent].children = after as u32 + first;
+                self.nodes[parent as usize].children = after as u32 + first;
             }
             after += below.len();
         }
@@ -197,11 +192,12 @@ impl<F: Measure> Hierarchy<F> {
         let (mut rest, mut start) = (&mut self.nodes[before..], before);
         for Grown { below, .. } in grown {
             let (own, tail) = rest.split_at_mut(below.len());
-            places.push((start as u32, own, below));
+            let first = start as u32;
             (rest, start) = (tail, start + below.len());
+            places.push((first, own, below));
         }
-        places.into_par_iter().for_each(|(start, own, below)| {
-            let moved = below.iter().map(|node| node.moved(start));
+        places.into_par_iter().for_each(|(first, own, below)| {
+            let moved = below.iter().map(|node| node.moved(first));
             own.iter_mut().zip(moved).for_each(|(to, from)| *to = from);
         });
     }
@@ -240,13 +236,15 @@ impl<F: Measure> Hierarchy<F> {
             [first, first + 1]
         };
         let leaves = opened.par_iter().flat_map_iter(children);
+        self.by_first_member(leaves.filter(|&i| !is_open(i).load(Relaxed)))
+    }
+
+    /// Nodes in the order of their first members.
+    fn by_first_member(&self, nodes: impl ParallelIterator<Item = u32>) -> Vec<u32> {
         let key = |i: u32| u64::from(self.nodes[i as usize].begin) << 32 | u64::from(i);
-        let mut leaves: Vec<u64> = leaves
-            .filter(|&i| !is_open(i).load(Relaxed))
-            .map(key)
-            .collect();
-        leaves.par_sort_unstable();
-        leaves.into_par_iter().map(|key| key as u32).collect()
+        let mut keys: Vec<u64> = nodes.map(key).collect();
+        keys.par_sort_unstable();
+        keys.into_par_iter().map(|key| key as u32).collect()
     }
 }
 

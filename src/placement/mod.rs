@@ -20,6 +20,7 @@ mod partition;
 mod pick;
 mod representative;
 pub mod sd;
+mod share;
 pub mod vgc;
 
 use glam::Vec3;

@@ -41,7 +41,8 @@ pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
         starts: &starts,
         count,
     };
-    let mut point_of_pixel = vec![NO_POINT; shot.pixels()];
+    let mut point_of_pixel = Vec::new();
+    point_of_pixel.par_extend(rayon::iter::repeat_n(NO_POINT, shot.pixels()));
     point_of_pixel
         .par_chunks_mut((shot.width * TILE).max(1))
         .enumerate()
@@ -51,7 +52,7 @@ pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
                 points[seen.pixel as usize - first_pixel] = point as u32;
             }
         });
-    ShadingPoints {
+    let points = ShadingPoints {
         position: seen.each(|seen| seen.site.position),
         normal: seen.each(|seen| seen.site.normal),
         geometric_normal: seen.each(|seen| seen.site.geometric_normal),
@@ -68,7 +69,10 @@ pub fn shading_points(shot: &Shot, counter: &RayCounter) -> ShadingPoints {
         diagonal: shot.scene.diagonal,
         metres_per_unit: shot.scene.metres_per_unit as f32,
         unit_is_assumed: shot.scene.unit_is_assumed,
-    }
+    };
+    // One thread alone would give back their memory page by page.
+    bands.into_par_iter().for_each(drop);
+    points
 }
 
 /// What bands saw, one after another.

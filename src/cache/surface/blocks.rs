@@ -288,22 +288,31 @@ impl Blocks {
         slot.is_some_and(|&slot| self.slots[slot as usize].begun >> texel.index & 1 == 0)
     }
 
-    /// Texels are used from now on, at these surface points in place of those at their centres. Those of a block are best
-    /// told one after another.
-    pub fn begin_texels(&mut self, texels: impl Iterator<Item = (Texel, Option<SurfacePoint>)>) {
-        let mut last = None;
-        for (texel, point) in texels {
-            let slot = match last {
-                Some((block, slot)) if block == texel.block => slot,
-                _ => self.slot_of.get(&texel.block).copied(),
-            };
-            last = Some((texel.block, slot));
-            let Some(slot) = slot else { continue };
-            let bit = 1 << texel.index;
-            self.slots[slot as usize].begun |= bit;
-            if let Some(point) = point {
-                self.slots[slot as usize].moved |= bit;
-                self.contents[slot as usize].points[texel.index as usize] = point;
+    /// Texels are used from now on, at these surface points in place of those at their centres. `begun` says which; those
+    /// of a block follow one another.
+    pub fn begin_texels<T: Sync>(
+        &mut self,
+        begun: &[T],
+        texel: impl Fn(&T) -> (Texel, Option<SurfacePoint>) + Sync,
+    ) {
+        let block = |of: &T| texel(of).0.block;
+        let of_blocks = begun.par_chunk_by(|a, b| block(a) == block(b));
+        let found: Vec<_> = of_blocks
+            .filter_map(|begun| {
+                let slot = *self.slot_of.get(&block(&begun[0]))? as usize;
+                let bits = begun.iter().map(|of| 1 << texel(of).0.index);
+                let moved = begun.iter().filter_map(|of| match texel(of) {
+                    (texel, Some(point)) => Some((texel.index, point)),
+                    _ => None,
+                });
+                Some((slot, bits.fold(0, |all, bit| all | bit), moved))
+            })
+            .collect();
+        for (slot, begun, moved) in found {
+            self.slots[slot].begun |= begun;
+            for (index, point) in moved {
+                self.slots[slot].moved |= 1 << index;
+                self.contents[slot].points[index as usize] = point;
             }
         }
     }

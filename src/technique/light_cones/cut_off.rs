@@ -7,6 +7,7 @@ use super::options::Parameters;
 use super::sight::{Look, Sight};
 use super::texels::{Surfaces, hit_of, normal_of};
 use crate::cache::surface::{BlockKey, SurfacePoint, Texel};
+use crate::memory::concatenated;
 use crate::technique::Shot;
 use crate::trace::{Ray, RayCounter, offset_origin};
 
@@ -17,6 +18,8 @@ struct Witness {
     /// Squared distance from the texel's centre in the chart, scene units².
     distance2: f32,
     point: SurfacePoint,
+    /// Whether the way from there to the texel is blocked.
+    cut_off: bool,
 }
 
 impl Witness {
@@ -45,30 +48,33 @@ pub(super) fn uncover(
     }
     let known = &*surfaces;
     let witnesses = |(shot, sight): &(&Shot, &Sight)| witnesses(known, shot, sight, parameters);
-    let witnesses = least(seen.iter().map(witnesses).collect());
-    let moved: Vec<bool> = witnesses
-        .par_iter()
-        .map_init(
-            || first.tracer.caster(counter),
-            |caster, witness| {
-                let way = way_to_texel(known, first, witness);
-                way.is_some_and(|way| caster.occluded(&way))
-            },
-        )
-        .collect();
-    let begun = witnesses.iter().zip(&moved);
-    let begun = begun.map(|(witness, moved)| (witness.texel, moved.then_some(witness.point)));
-    surfaces.blocks.begin_texels(begun);
-    moved.iter().filter(|moved| **moved).count() as u64
+    let mut all = concatenated(seen.iter().flat_map(witnesses).collect());
+    // Sorted parts one after another are runs, which a stable sort merges, with all threads.
+    all.par_sort_by_key(Witness::order);
+    let of_each = all.par_chunk_by(|a, b| a.texel == b.texel);
+    let mut witnesses: Vec<Witness> = of_each.map(|witnesses| witnesses[0]).collect();
+    drop(all);
+    witnesses.par_iter_mut().for_each_init(
+        || first.tracer.caster(counter),
+        |caster, witness| {
+            let way = way_to_texel(known, first, witness);
+            witness.cut_off = way.is_some_and(|way| caster.occluded(&way));
+        },
+    );
+    surfaces.blocks.begin_texels(&witnesses, |witness| {
+        (witness.texel, witness.cut_off.then_some(witness.point))
+    });
+    let moved = witnesses.iter().filter(|witness| witness.cut_off);
+    moved.count() as u64
 }
 
-/// What a viewer sees of texels that begin.
+/// What a viewer sees of texels that begin, in parts; in each of them one witness for each texel.
 fn witnesses(
     surfaces: &Surfaces,
     shot: &Shot,
     sight: &Sight,
     parameters: &Parameters,
-) -> Vec<Witness> {
+) -> Vec<Vec<Witness>> {
     let row = (shot.width * shot.spp as usize).max(1);
     let rows = sight.looks.par_chunks(row).map(|looks| {
         let mut found = Vec::new();
@@ -87,23 +93,16 @@ fn witnesses(
                             u: hit.u,
                             v: hit.v,
                         },
+                        cut_off: false,
                     });
                 }
             });
         }
-        least(vec![found])
+        found.sort_unstable_by_key(Witness::order);
+        found.dedup_by_key(|witness| witness.texel);
+        found
     });
-    rows.flatten_iter().collect()
-}
-
-/// One witness for each texel, of some lists of them.
-fn least(lists: Vec<Vec<Witness>>) -> Vec<Witness> {
-    let mut lists = lists.into_iter();
-    let mut all = lists.next().unwrap_or_default();
-    lists.for_each(|list| all.extend(list));
-    all.par_sort_unstable_by_key(Witness::order);
-    all.dedup_by_key(|witness| witness.texel);
-    all
+    rows.collect()
 }
 
 /// From a witness to the point of its texel, both just above their surfaces; `None` where that is nowhere or the same.

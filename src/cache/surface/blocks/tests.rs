@@ -137,7 +137,7 @@ fn a_texel_begins_once_and_keeps_the_point_it_was_moved_to() {
     };
     let (before, _) = pool.texel(stays).expect("its block is there");
     assert!(pool.begins(moved) && pool.begins(stays));
-    pool.begin_texels([(moved, Some(point)), (stays, None)].into_iter());
+    pool.begin_texels(&[(moved, Some(point)), (stays, None)], |&begun| begun);
     let check = |pool: &Blocks| {
         assert!(!pool.begins(moved) && !pool.begins(stays));
         assert_eq!(pool.texel(moved).map(|(point, _)| point), Some(point));
