@@ -1,7 +1,8 @@
 //! A cache on surfaces: texels of charts, mapped block by block where viewers look (Weinrauch et al. 2023, "Effect-based
 //! multi-viewer caching", as Stadlbauer et al. 2024 use it).
 //!
-//! [`Charts`] split each mesh into islands of connected triangles that lie flat in a plane of their own (`islands`). A [`Grid`]
+//! [`Charts`] split each mesh into islands of connected triangles that lie flat in a plane of their own (`islands`); copies of a
+//! mesh share its charts (`copies`). A [`Grid`]
 //! divides charts into texels of sixteen sizes, and those into blocks of 8 × 8; a [`BlockKey`] names a block of one
 //! side of an island at one level. [`Blocks`] holds those that somebody asked for, with the surface point of
 //! each texel (`lookup`) and as many words of contents as its user wants. Viewers ask with [`Requests`], which merge
@@ -11,6 +12,7 @@
 
 mod blocks;
 mod charts;
+mod copies;
 mod grid;
 mod islands;
 mod lookup;
