@@ -1,6 +1,6 @@
 //! `merge`: the union of shards.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use rayon::prelude::*;
 
@@ -27,6 +27,18 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
         return Err(Failure::usage(format!(
             "these are different experiments: `{}` and `{}`",
             united.name, other.name
+        )));
+    }
+    let techniques: BTreeSet<&str> = plans
+        .iter()
+        .flat_map(|plan| &plan.jobs)
+        .map(|job| job.technique.as_str())
+        .collect();
+    if techniques.len() > 1 {
+        let techniques: Vec<&str> = techniques.into_iter().collect();
+        return Err(Failure::usage(format!(
+            "these are experiments of different techniques: {}",
+            techniques.join(" and ")
         )));
     }
     let mut seen = HashSet::new();

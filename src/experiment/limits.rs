@@ -31,9 +31,14 @@ pub(super) fn check_count(
     Err(source.error(&["repeats"], message))
 }
 
-/// Refuses swept keys without values, and values that are listed twice.
+/// Refuses a swept technique, swept keys without values, and values that are listed twice.
 pub(super) fn check_axes(sweep: &Sweep) -> Result<(), ConfigError> {
     for (key, values) in &sweep.axes {
+        if key == "technique" {
+            let message = "an experiment has one `technique`, which its columns, references and claims are about: run one \
+                           experiment for each";
+            return Err(sweep.error(key, message.into()));
+        }
         let twice = values
             .iter()
             .enumerate()

@@ -157,7 +157,11 @@ pub(super) fn same_scene(a: &Job, b: &Job) -> bool {
         let replaced = (job.metres_per_unit, job.max_depth);
         (job.transform, replaced, job.incomplete)
     };
-    a.found == b.found && a.environment == b.environment && loaded(a) == loaded(b)
+    // What is loaded of a scene is what the technique needs.
+    a.technique == b.technique
+        && a.found == b.found
+        && a.environment == b.environment
+        && loaded(a) == loaded(b)
 }
 
 struct Runner {
@@ -225,12 +229,13 @@ impl Runner {
         loaded: &mut Loaded,
         fail_fast: bool,
     ) -> Result<(), RunError> {
-        let technique = build_technique(jobs[0])?;
         let references = self.references.clone();
         let declared = loaded.declared.clone();
         let mut truths = Truths::new(&references, &declared, jobs[0]);
         for job in jobs {
             let folder = self.store.begin(&job.id)?;
+            // Its own: parameters that references do not depend on may differ from job to job.
+            let technique = build_technique(job)?;
             let player = Player {
                 job,
                 technique: technique.as_ref(),

@@ -159,8 +159,8 @@ mod tests {
                 "`scale` = 0.5 gives the jobs of `scale` = \"1/2\"",
             ),
             (
-                &["technique=ambient-occlusion,AO", "caches=20,40"],
-                "`technique` = \"AO\" gives the jobs of `technique` = \"ambient-occlusion\"",
+                &["technique=ambient-occlusion,path-tracing", "caches=20,40"],
+                "an experiment has one `technique`",
             ),
             (&["title=a,b"], "none of its own"),
         ] {

@@ -365,3 +365,29 @@ fn files_of_others_are_not_replaced() {
     fs::remove_dir_all(place.path().join("own/jobs")).expect("there");
     assert_eq!(place.lightbench(&own).code, 0);
 }
+
+#[test]
+fn experiments_of_different_techniques_are_not_merged() {
+    let place = Place::new();
+    let other = TINY
+        .replace("\"ambient-occlusion\"", "\"direct-lighting\"")
+        .replace("{ side = 8 }", "{ reference_passes = 4 }")
+        .replace("caches = 60", "samples = 1")
+        .replace("\"IM\"", "\"rt\"")
+        .replace("\"VGC+DGS\"", "\"rt\"\nlabel = \"VGC+DGS\"")
+        .replace("rmse(IM)", "rmse(rt)")
+        .replace("repeats = 2", "repeats = 1");
+    for (name, config) in [("a", TINY), ("b", &other)] {
+        place.write("tiny.toml", config);
+        let run = place.lightbench(&["run", "tiny.toml", "--out", name]);
+        assert!([0, 10].contains(&run.code), "{}", run.err);
+    }
+    let merged = place.lightbench(&["merge", "a", "b", "--out", "both"]);
+    assert_eq!(merged.code, 2, "{}", merged.err);
+    assert!(
+        merged.err.contains("ambient-occlusion and direct-lighting"),
+        "{}",
+        merged.err
+    );
+    assert!(!place.path().join("both").exists());
+}

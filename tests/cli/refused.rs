@@ -56,6 +56,10 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
             &format!("{TINY}[sweep]\ncaches = []\n"),
             "`caches` is swept over no value",
         ),
+        (
+            &format!("{TINY}[sweep]\ntechnique = [\"ambient-occlusion\", \"path-tracing\"]\n"),
+            "an experiment has one `technique`",
+        ),
         (&TINY.replace("\"tiny\"", "\"..\""), "bad.toml:2:1: name"),
         (&TINY.replace("\"tiny\"", "\"\""), "bad.toml:2:1: name"),
         (

@@ -314,3 +314,26 @@ fn sweeps_cross_and_single_images_can_be_made() {
     assert_eq!(broken.code, 2);
     assert!(broken.err.contains("broken.exr"), "{}", broken.err);
 }
+
+/// Parameters that references do not depend on differ between jobs that share a reference.
+#[test]
+fn swept_parameters_of_contenders_alone_are_those_of_each_job() {
+    let place = Place::new();
+    let config = "name = 'swept'\ntechnique = 'importance-caching'\nsize = [24, 14]\ncaches = 40\n\
+                  parameters = { reference_passes = 4 }\n[sweep]\n'parameters.heuristic' = ['balance', 'alpha-max']\n\
+                  [[scene]]\nname = 'cabinet-room'\n[[method]]\nid = 'IM'\n";
+    place.write("swept.toml", config);
+    let run = place.lightbench(&["run", "swept.toml", "--out", "swept"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let rows = place.rows("swept");
+    assert_eq!(rows.len(), 2);
+    assert_ne!(rows[0]["rmse"], rows[1]["rmse"]);
+    let alone = "parameters.heuristic=alpha-max";
+    let alone = place.lightbench(&["run", "swept.toml", alone, "--out", "alone"]);
+    assert_eq!(alone.code, 0, "{}", alone.err);
+    let alone = &place.rows("alone")[0];
+    assert_eq!(alone["job"], rows[1]["job"]);
+    for metric in ["rmse", "flip_ldr", "rays"] {
+        assert_eq!(alone[metric], rows[1][metric], "{metric}");
+    }
+}
