@@ -48,6 +48,13 @@ impl Plan {
         let all = self.sharded.unwrap_or(0);
         all.saturating_sub(self.jobs.len())
     }
+
+    /// Says that its jobs are a selection, where none of the others lie in shards.
+    pub fn selection(&self) -> Option<String> {
+        let (some, all) = (self.jobs.len(), self.all.len());
+        let is_selection = some < all && self.sharded.is_none();
+        is_selection.then(|| format!("a selection: {some} of {all} jobs of the config"))
+    }
 }
 
 /// One (scene, view, technique, method, parameters, budget, seed).

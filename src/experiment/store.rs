@@ -184,6 +184,7 @@ impl Store {
     pub fn united(&self, plan: &Plan) -> (Plan, usize) {
         let mut united = plan.clone();
         let Ok(earlier) = self.plan() else {
+            united.notes.extend(united.selection());
             return (united, 0);
         };
         let wanted: HashSet<_> = plan
@@ -201,8 +202,10 @@ impl Store {
         let gone = earlier
             .jobs
             .iter()
-            .filter(|job| !kept.contains(&job.place()));
-        (united, gone.count())
+            .filter(|job| !kept.contains(&job.place()))
+            .count();
+        united.notes.extend(united.selection());
+        (united, gone)
     }
 
     /// The frozen plan.

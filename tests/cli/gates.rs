@@ -36,6 +36,29 @@ fn a_plan_half_of_whose_jobs_have_no_row_is_no_pass() {
 }
 
 #[test]
+fn a_gate_on_a_selection_says_so() {
+    let place = Place::new();
+    let two = TINY.replace(
+        "[[method]]\nid = \"IM\"",
+        "[[scene]]\nname = \"table\"\n[[method]]\nid = \"IM\"",
+    );
+    place.write("tiny.toml", &two);
+    let run = |more: &[&str]| {
+        let run = ["run", "tiny.toml", "--out", "out"];
+        assert_eq!(place.lightbench(&[&run, more].concat()).code, 0);
+        place.lightbench(&["gate", "out"])
+    };
+    let some = run(&["--scene", "table"]);
+    let told = format!("{}{}", some.out, some.err);
+    assert!(
+        told.contains("a selection: 4 of 8 jobs of the config"),
+        "{told}"
+    );
+    let all = run(&[]);
+    assert!(!all.err.contains("a selection"), "{}", all.err);
+}
+
+#[test]
 fn a_run_is_found_by_its_name_below_results() {
     let place = Place::new();
     place.write("tiny.toml", TINY);
