@@ -83,6 +83,8 @@ pub struct Row {
     pub relmse: Option<f64>,
     /// `relmse` of images that are exposed, clamped and sRGB-coded.
     pub relmse_display: Option<f64>,
+    /// Difference of the means of image and reference over that of the reference; `None` also where a reference is black.
+    pub mean_error: Option<f64>,
     /// Peak signal-to-noise ratio, dB; `None` also where the images are equal.
     pub psnr: Option<f64>,
     /// Structural similarity, 1 where the images are equal.

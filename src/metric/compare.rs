@@ -74,6 +74,9 @@ pub struct Comparison {
     pub notes: Vec<String>,
     /// Mean absolute error, on the same values as `rmse`.
     pub mae: f64,
+    /// Difference of the means over that of the reference, on the same values as `rmse`: what an image has too much, as a
+    /// share. `None` where the reference is black.
+    pub mean_error: Option<f64>,
     /// `relmse` without the worst 0.1 % of the pixels.
     pub relmse_trimmed: f64,
     /// `relmse` of display values: exposed, clamped and sRGB-coded.
@@ -157,6 +160,7 @@ pub fn compare(
         translucent: 0,
         notes: Vec::new(),
         mae: errors.mae,
+        mean_error: errors.mean_error,
         relmse_trimmed: errors.relmse_trimmed,
         relmse_display: shown.relmse,
         ssim_luma: structure.ssim_luma,

@@ -27,6 +27,7 @@ fn assert_sane(comparison: &Comparison, what: &str) {
         "flip_start_exposure",
         "flip_stop_exposure",
         "flip_exposures",
+        "mean_error",
     ];
     for (key, value) in json.as_object().unwrap() {
         let allowed = optional.contains(&key.as_str()) && value.is_null();

@@ -18,6 +18,8 @@ pub struct PixelErrors {
     pub mse: f64,
     /// Mean of |a - r|.
     pub mae: f64,
+    /// Σ (a - r) over Σ r; `None` of a black reference.
+    pub mean_error: Option<f64>,
     /// Mean of (a - r)² / (r² + 0.01), r the reference's channel.
     pub relmse: f64,
     /// relMSE without the worst 0.1 % of the pixels (rounded down).
@@ -29,10 +31,10 @@ pub struct PixelErrors {
 /// Both must be finite, of one size and not empty.
 pub fn pixel_errors(reference: &Image, test: &Image) -> PixelErrors {
     let count = reference.pixels.len();
-    let partial: Vec<([f64; 2], Vec<f64>)> = strips(count, CHUNK)
+    let partial: Vec<([f64; 4], Vec<f64>)> = strips(count, CHUNK)
         .into_par_iter()
         .map(|range| {
-            let mut sums = [0.0; 2];
+            let mut sums = [0.0; 4];
             let mut relative = Vec::with_capacity(range.len());
             for (r, a) in reference.pixels[range.clone()]
                 .iter()
@@ -44,6 +46,8 @@ pub fn pixel_errors(reference: &Image, test: &Image) -> PixelErrors {
                     let square = difference * difference;
                     sums[0] += square;
                     sums[1] += difference.abs();
+                    sums[2] += difference;
+                    sums[3] += r;
                     of_pixel += square / (r * r + RELATIVE_EPSILON);
                 }
                 relative.push(of_pixel);
@@ -54,10 +58,12 @@ pub fn pixel_errors(reference: &Image, test: &Image) -> PixelErrors {
     let values = (3 * count) as f64;
     let total = |c: usize| partial.iter().map(|(sums, _)| sums[c]).sum::<f64>();
     let (mse, mae) = (total(0) / values, total(1) / values);
+    let (more, all) = (total(2), total(3));
     let mut relative: Vec<f64> = partial.into_iter().flat_map(|(_, terms)| terms).collect();
     PixelErrors {
         mse,
         mae,
+        mean_error: (all != 0.0).then(|| more / all),
         relmse: relative.iter().sum::<f64>() / values,
         relmse_trimmed: trimmed_mean(&mut relative) / 3.0,
     }
@@ -103,6 +109,10 @@ mod tests {
         let errors = pixel_errors(&reference, &test);
         assert_relative_eq!(errors.mse, 0.25);
         assert_relative_eq!(errors.mae, 0.5);
+        assert_eq!(errors.mean_error, Some(0.25));
+        assert_eq!(pixel_errors(&test, &reference).mean_error, Some(-0.2));
+        let black = Image::new(40, 30);
+        assert_eq!(pixel_errors(&black, &test).mean_error, None);
         assert_relative_eq!(errors.relmse, 0.25 / 4.01, max_relative = 1e-12);
         assert_relative_eq!(errors.relmse_trimmed, errors.relmse, max_relative = 1e-12);
         assert_relative_eq!(psnr(0.01).unwrap(), 20.0, max_relative = 1e-12);

@@ -273,6 +273,15 @@ pub const COLUMNS: &[ColumnEntry] = &[
         |r| r.relmse_display,
     ),
     entry(
+        "mean_error",
+        "error of the mean",
+        Unit::None,
+        None,
+        "mean of the image less that of the reference, over the latter, averaged over frames: what is lost (below 0) or gained; bias, \
+         where noise is small",
+        Cells::Number(|r| r.mean_error),
+    ),
+    entry(
         "psnr",
         "PSNR",
         Unit::Decibel,

@@ -60,6 +60,8 @@ pub struct Metrics {
     pub rmse: f64,
     pub relmse: f64,
     pub relmse_display: f64,
+    /// `None` where the reference is black.
+    pub mean_error: Option<f64>,
     /// `None` where the images are equal.
     pub psnr: Option<f64>,
     pub ssim: f64,
@@ -91,6 +93,7 @@ impl Metrics {
             rmse: comparison.rmse,
             relmse: comparison.relmse,
             relmse_display: comparison.relmse_display,
+            mean_error: comparison.mean_error,
             psnr: comparison.psnr,
             ssim: comparison.ssim,
             ms_ssim: comparison.ms_ssim,
@@ -220,6 +223,8 @@ impl Row {
         self.rmse_worst = each(|m| m.rmse).into_iter().reduce(f64::max);
         self.relmse = mean(&each(|m| m.relmse));
         self.relmse_display = mean(&each(|m| m.relmse_display));
+        let signed = some(|m| m.mean_error);
+        self.mean_error = mean(&signed).filter(|_| signed.len() == measured.len());
         self.psnr = mean(&some(|m| m.psnr));
         self.ssim = mean(&each(|m| m.ssim));
         self.ms_ssim = mean(&each(|m| m.ms_ssim));
@@ -310,6 +315,7 @@ pub(super) fn line(frame: &FrameRecord, stages: &[&str]) -> Map<String, Value> {
     put("error_change", frame.error_change.map(f64::sqrt).into());
     put("relmse", metric(|m| m.relmse).into());
     put("relmse_display", metric(|m| m.relmse_display).into());
+    put("mean_error", metrics.and_then(|m| m.mean_error).into());
     put("psnr", metrics.and_then(|m| m.psnr).into());
     put("ssim", metric(|m| m.ssim).into());
     put("ms_ssim", metric(|m| m.ms_ssim).into());
