@@ -151,6 +151,45 @@ fn light_that_goes_out_is_soon_gone_and_comes_back() {
     assert!((again / bright - 1.0).abs() < 0.1, "{again} of {bright}");
 }
 
+#[test]
+fn light_that_changes_unseen_is_not_stale_when_it_is_seen_again() {
+    let technique = direct();
+    let with_lamp = |x: f64, emission: f32| {
+        let mut description = lamp_room(0.3, emission);
+        let lamp = &mut description.shapes[2];
+        lamp.to_world = DMat4::from_translation(DVec3::new(x, 0.0, 0.0)) * lamp.to_world;
+        // Another lamp is what is left, and a second viewer looks away.
+        description.lights = vec![point([1.2, 1.0, 0.8], 0.3).into()];
+        let mut away = description.views[0].clone();
+        (away.forward, away.right) = (-away.forward, -away.right);
+        description.views[1] = away;
+        Built::new(&description)
+    };
+    let before = with_lamp(0.0, 20.0);
+    for (what, after) in [
+        ("dimmed", with_lamp(0.0, 0.2)),
+        ("moved", with_lamp(-1.2, 20.0)),
+    ] {
+        let mut fresh = cones(technique.as_ref(), "");
+        let expected = after.play(fresh.as_mut(), 54..86).image;
+        let off = |text: &str| {
+            let mut contender = cones(technique.as_ref(), text);
+            before.play(contender.as_mut(), 0..40);
+            for frame in 40..54 {
+                contender.frame(&[after.seen(1, frame)]).expect("a frame");
+            }
+            let image = after.play(contender.as_mut(), 54..68).image;
+            rmse(&image, &expected) / mean(&expected)
+        };
+        let (seen_again, of_cones) = (off(""), off("motion = 'cones'"));
+        assert!(seen_again < 0.2, "{what}: {seen_again}");
+        assert!(
+            seen_again < 0.5 * of_cones,
+            "{what}: {seen_again}, {of_cones} by cones alone"
+        );
+    }
+}
+
 /// No cone turns where a shadow falls or a lamp is dimmed.
 #[test]
 fn sudden_changes_show_within_some_frames() {

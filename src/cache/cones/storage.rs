@@ -52,6 +52,12 @@ impl Storage {
         }
     }
 
+    /// Whether an entry has more light than can be written.
+    pub fn is_too_bright(self, entry: &Entry) -> bool {
+        let brightest = entry.cones().iter().map(|cone| cone.light.max_element());
+        matches!(self, Self::Compressed { .. }) && brightest.fold(0.0, f32::max) > BRIGHTEST
+    }
+
     /// Reads an entry.
     pub fn read(self, words: &[u32]) -> Entry {
         match self {
@@ -235,6 +241,18 @@ mod tests {
     fn three_cones_take_the_bits_of_the_paper() {
         let paper = Storage::Compressed { cones: 3 };
         assert_eq!((paper.bits(), paper.words()), (286 + 24, 10));
+        let of = |light| {
+            Entry::of(
+                &[Cone {
+                    axis: Vec3::Z,
+                    half_angle: 0.1,
+                    light: Vec3::Y * light,
+                }],
+                1.0,
+            )
+        };
+        assert!(paper.is_too_bright(&of(2e5)) && !paper.is_too_bright(&of(BRIGHTEST)));
+        assert!(!Storage::Full { cones: 3 }.is_too_bright(&of(1e20)));
         assert_eq!(Storage::Full { cones: 3 }.words(), 25);
     }
 

@@ -64,6 +64,8 @@ struct Slot {
     begun: u64,
     /// Texels whose points were moved.
     moved: u64,
+    /// Texels that nobody asked for when something changed, nor since.
+    missed: u64,
 }
 
 /// What became of requests.
@@ -83,6 +85,8 @@ pub struct Block<'a> {
     pub key: BlockKey,
     /// Texels that are asked for.
     pub asked: u64,
+    /// Texels that nobody asked for when something changed: see [`Blocks::miss`].
+    pub missed: u64,
     /// Where its texels lie on the surface.
     pub points: &'a [SurfacePoint],
     /// Contents of all texels, and behind them those of the block as a whole.
@@ -99,6 +103,7 @@ pub struct BlockMemory {
     begun: u64,
     /// Texels whose points were moved, and to where.
     moved: Vec<(u32, SurfacePoint)>,
+    missed: u64,
     words: Vec<u32>,
 }
 
@@ -254,6 +259,7 @@ impl Blocks {
                 let block = Block {
                     key,
                     asked: slot.asked,
+                    missed: slot.missed,
                     points,
                     words,
                 };
@@ -266,6 +272,24 @@ impl Blocks {
     pub fn asked(&self) -> impl Iterator<Item = (BlockKey, u64)> {
         let asked = self.slots.iter().filter(|slot| slot.asked != 0);
         asked.filter_map(|slot| Some((slot.key?, slot.asked)))
+    }
+
+    /// Something has changed since the last frame: what texels hold that this frame does not ask for is no longer so.
+    pub fn miss(&mut self) {
+        let slots = self.slots.par_iter_mut().with_min_len(1024);
+        slots.for_each(|slot| slot.missed |= !slot.asked);
+    }
+
+    /// Texels that this frame asks for have taken in what they missed.
+    pub fn catch_up(&mut self) {
+        let slots = self.slots.par_iter_mut().with_min_len(1024);
+        slots.for_each(|slot| slot.missed &= !slot.asked);
+    }
+
+    /// Whether a texel has missed a change.
+    pub fn has_missed(&self, texel: Texel) -> bool {
+        let slot = self.slot_of.get(&texel.block);
+        slot.is_some_and(|&slot| self.slots[slot as usize].missed >> texel.index & 1 == 1)
     }
 
     /// Surface point and contents of a texel, if its block is there.
@@ -366,6 +390,7 @@ impl Blocks {
                     age: self.frame - slot.seen,
                     begun: slot.begun,
                     moved: moved.map(|i| (i as u32, points[i])).collect(),
+                    missed: slot.missed,
                     words: words.clone(),
                 })
             })
@@ -408,6 +433,7 @@ impl Blocks {
                 seen: self.frame - block.age,
                 begun: block.begun,
                 moved: block.moved.iter().fold(0, |bits, (i, _)| bits | 1 << i),
+                missed: block.missed,
             });
             self.contents.push(Contents::default());
             self.slot_of.insert(block.key, slot);

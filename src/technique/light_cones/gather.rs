@@ -43,6 +43,8 @@ pub(super) struct Tally {
     pub tests: u64,
     /// Values that were not finite and count as no light.
     pub non_finite: u64,
+    /// Entries with more light than is kept.
+    pub too_bright: u64,
 }
 
 impl Tally {
@@ -53,6 +55,7 @@ impl Tally {
         self.samples += other.samples;
         self.tests += other.tests;
         self.non_finite += other.non_finite;
+        self.too_bright += other.too_bright;
     }
 }
 
@@ -98,11 +101,21 @@ impl Gathering<'_> {
                 },
                 frame,
             };
-            let entry = self.storage.read(words);
+            let entry = match self.is_outdated(block.missed >> index & 1 == 1) {
+                true => Entry::default(),
+                false => self.storage.read(words),
+            };
             let entry = self.updated(caster, &texel, entry, &mut hidden, &mut rng, &mut tally);
+            tally.too_bright += u64::from(self.storage.is_too_bright(&entry));
             self.storage.write(&entry, words);
         }
         tally
+    }
+
+    /// Whether an entry is of another scene, by whether its texel missed a change. While things change, and some frames
+    /// after, entries are watched instead: they are not far from what they should be.
+    pub fn is_outdated(&self, has_missed: bool) -> bool {
+        has_missed && !self.restless
     }
 
     /// Whether the light of an entry is at rest.

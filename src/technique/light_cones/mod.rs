@@ -14,7 +14,8 @@
 //! by what they would add without shadows, times the share of their samples that reached the block of late (`hidden`), among
 //! candidates of which each frame draws sets for all texels; an entry
 //! counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which
-//! lowers the count, brings the rays back; so does a change of the scene (`motion`). In texels of a shape that turns, cones
+//! lowers the count, brings the rays back; so does a change of the scene (`motion`), and a texel that nobody asked for when
+//! something changed begins anew when it is seen again. In texels of a shape that turns, cones
 //! turn with it (`orientation`).
 
 mod charts;
@@ -56,7 +57,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 9,
+        version: 10,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
@@ -214,9 +215,13 @@ impl LightCones {
                 charts,
                 grid,
                 blocks,
-                ..
+                stillness,
             } = &mut *surfaces;
-            blocks.begin(requests, charts, grid)
+            let asked = blocks.begin(requests, charts, grid);
+            if self.parameters.motion == Motion::Scene && stillness.frames == 0 {
+                blocks.miss();
+            }
+            asked
         });
         let counter = RayCounter::default();
         let moved = match self.parameters.cut_off {
@@ -230,7 +235,13 @@ impl LightCones {
             false => 0,
         };
         let tally = rendered.stages.time("update", || {
-            gathering.update(&mut surfaces.blocks, &counter)
+            let tally = gathering.update(&mut surfaces.blocks, &counter);
+            // What returns soon after a change is watched for long enough; what returns later has begun anew.
+            if !gathering.restless || 2 * surfaces.stillness.frames <= self.parameters.first_updates
+            {
+                surfaces.blocks.catch_up();
+            }
+            tally
         });
         rendered.rays += counter.read();
         rendered.non_finite += tally.non_finite;
@@ -328,6 +339,13 @@ impl Updated {
             ("active_bytes", blocks.active_bytes() as f64),
             ("allocated_bytes", blocks.allocated_bytes() as f64),
         ]);
+        if tally.too_bright > 0 {
+            rendered.notes.push(
+                "light of texels is brighter than compressed entries hold (131,064): what is above that is lost, and \
+                 `compressed = false` keeps it"
+                    .into(),
+            );
+        }
         if self.asked.refused > 0 {
             rendered.notes.push(
                 "blocks of texels found no room: most_blocks is too small, and what they should show is lit by light \

@@ -113,7 +113,7 @@ parameters! {
         pub orientation: Orientation = Orientation::Surface;
         /// Whether new texels begin with the cones of the next coarser or finer one.
         pub reuse: bool = true;
-        /// Whether entries are kept in the 286 bits of the paper.
+        /// Whether entries are kept in the 286 bits of the paper and 24 that tell changes; light above 131,064 is cut off.
         pub compressed: bool = false;
         /// Blocks of 8 × 8 texels at most; what finds no room is lit by as many lights as a texel would sample.
         pub most_blocks: usize = 1 << 18, Within(0.0, 16_777_216.0);

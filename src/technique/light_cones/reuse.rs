@@ -51,7 +51,8 @@ impl Gathering<'_> {
             let other = surfaces.grid.nearest(surface, place, level);
             let (source, words) = surfaces.blocks.texel(other)?;
             let entry = self.storage.read(words);
-            (entry.count > 0.0).then_some((source, entry))
+            let is_outdated = self.is_outdated(surfaces.blocks.has_missed(other));
+            (entry.count > 0.0 && !is_outdated).then_some((source, entry))
         })?;
         let frame = |triangle| {
             frame_of(
