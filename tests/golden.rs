@@ -147,7 +147,7 @@ fn numbers_of_truth(entry: &TechniqueEntry, numbers: &mut Numbers) {
     let technique = build_technique(&job).expect("parameters");
     let mut loaded = Loaded::new(&job, technique.as_ref()).expect("loads");
     let views = loaded.views(&job, 0).expect("a view");
-    let shot = loaded.shot((&job, 0), &views[0], technique.as_ref());
+    let shot = loaded.shot(&job, 0, &views[0], technique.as_ref());
     let rendered = exact(technique.as_ref(), &shot);
     let values = rendered.image.pixels.as_flattened();
     let sum: f64 = values.iter().map(|&value| f64::from(value)).sum();

@@ -45,7 +45,7 @@ fn write_maps(folder: &std::path::Path, maps: &Maps) -> Result<(), Failure> {
     let write = |name: &str, map: &Plane, top: f32| {
         write_png_coded(
             &folder.join(name),
-            &false_color(map, (0.0, top), Palette::Magma),
+            &false_color(map, [0.0, top], Palette::Magma),
         )
     };
     write("flip_ldr.png", &maps.flip_ldr, 1.0)?;

@@ -91,8 +91,8 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
         let exposures: Vec<f32> = first
             .iter()
             .map(|view| {
-                let begun = (job, job.sequence.frames[0]);
-                loaded.shot(begun, view, technique.as_ref()).exposure
+                let begun = job.sequence.frames[0];
+                loaded.shot(job, begun, view, technique.as_ref()).exposure
             })
             .collect();
         for frame in job.sequence.measured() {
@@ -100,7 +100,7 @@ pub fn extend(args: &RefExtendArgs) -> Result<u8, Failure> {
             let views = loaded.views(job, frame).map_err(Failure::job)?;
             let views = views.iter().zip(keys.unwrap_or_default());
             for ((view, key), exposure) in views.zip(&exposures) {
-                let mut shot = loaded.shot((job, frame), view, technique.as_ref());
+                let mut shot = loaded.shot(job, frame, view, technique.as_ref());
                 shot.exposure = *exposure;
                 let mut reference = store.obtain(&key, technique.as_ref(), &shot, &|_, _| {})?;
                 if let Some(samples) = wanted {

@@ -58,7 +58,7 @@ impl Prepared {
         let (job, technique) = (&self.job, self.technique.as_ref());
         let frame = job.sequence.representative();
         let views = self.loaded.views(job, frame).map_err(Failure::job)?;
-        let mut shot = self.loaded.shot((job, frame), &views[0], technique);
+        let mut shot = self.loaded.shot(job, frame, &views[0], technique);
         if is_exact {
             return Ok(exact(technique, &shot));
         }
@@ -66,7 +66,7 @@ impl Prepared {
         let started = technique.start(&job.method, &job.method_parameters, Terms::default())?;
         let searches = started.contender.searches();
         let reference = searches.then(|| exact(technique, &shot).image);
-        render_job(job, (technique, &shot), reference.as_ref()).map_err(Failure::job)
+        render_job(job, technique, &shot, reference.as_ref()).map_err(Failure::job)
     }
 }
 

@@ -84,7 +84,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
     let mut loaded = Loaded::new(job, technique.as_ref())?;
     let frame = job.sequence.representative();
     let views = loaded.views(job, frame).map_err(Failure::job)?;
-    let shot = loaded.shot((job, frame), &views[0], technique.as_ref());
+    let shot = loaded.shot(job, frame, &views[0], technique.as_ref());
     if !job.sequence.is_still() {
         tell!("note: frame {frame} is replayed alone, as the first viewer sees it");
     }

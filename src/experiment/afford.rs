@@ -7,7 +7,8 @@
 //! exceeded, unless by the least count. What the images show depends on the count alone: the same experiment with that many
 //! `lights` or `samples` shows them again.
 
-use crate::technique::{Rendered, Search, Spending, Unit};
+use super::budget::Budget;
+use crate::technique::{Rendered, Search, Spending};
 
 /// The found parameter that tells the count.
 pub const FOUND: &str = "affordable";
@@ -23,10 +24,11 @@ const TRIALS: usize = 8;
 /// A budget that is missed by more than this share gets a note.
 const MISSED: f64 = 0.1;
 
-/// A job rendered with a count.
-#[derive(Debug, Default)]
-pub struct Trial {
-    count: u64,
+/// A job that is rendered with a count.
+pub struct Trial<'a> {
+    /// Lights or samples.
+    pub count: u64,
+    spending: &'a Spending,
     /// What all images spent, and their number.
     spent: f64,
     images: usize,
@@ -56,31 +58,32 @@ struct Cost {
     again: bool,
 }
 
-impl Trial {
+impl<'a> Trial<'a> {
     /// Of no image yet.
-    pub fn of(count: u64) -> Self {
+    fn new(count: u64, spending: &'a Spending) -> Self {
         Self {
             count,
-            ..Self::default()
+            spending,
+            spent: 0.0,
+            images: 0,
+            search: Search::default(),
+            kept: Vec::new(),
         }
     }
 
-    /// Adds the images of a frame, each of so many pixels.
-    pub fn add(&mut self, images: &[Rendered], spending: &Spending, pixels: usize) {
-        for image in images {
-            self.spent += (spending.of)(image, pixels as f64);
+    /// Adds the images of a frame, each of so many pixels. They are kept if no other frame is added.
+    pub fn add(&mut self, images: Vec<Rendered>, pixels: usize) {
+        for image in &images {
+            self.spent += (self.spending.of)(image, pixels as f64);
             self.search.add(Search {
                 seconds: image.stages.total().wall,
                 rays: image.rays,
             });
             self.search.add(image.search);
         }
+        let is_first = self.images == 0;
         self.images += images.len();
-    }
-
-    /// Keeps the images of the only frame that there is, in case this count is taken.
-    pub fn keep(&mut self, images: Vec<Rendered>) {
-        self.kept = images;
+        self.kept = if is_first { images } else { Vec::new() };
     }
 
     fn mean(&self) -> f64 {
@@ -100,28 +103,36 @@ impl Afforded {
     }
 }
 
-/// The count whose images spend what is nearest to `amount` of those that were rendered, and no more if it is counted.
+/// The count whose images spend what is nearest to a budget of those that were rendered, and no more if it is counted;
+/// `None` of a budget that is counted out. `render` renders all frames with the count of a trial, and adds them to it.
 ///
 /// # Errors
-/// Those of `trial`.
+/// Those of `render`.
 pub fn afford(
-    amount: f64,
-    unit: &Unit,
-    spending: &Spending,
-    mut trial: impl FnMut(u64) -> Result<Trial, String>,
-) -> Result<Afforded, String> {
+    budget: Budget,
+    mut render: impl FnMut(&mut Trial) -> Result<(), String>,
+) -> Result<Option<Afforded>, String> {
+    let Budget { unit, amount } = budget;
+    let Some(spending) = &unit.spending else {
+        return Ok(None);
+    };
+    let mut rendered = |count| {
+        let mut trial = Trial::new(count, spending);
+        render(&mut trial)?;
+        Ok::<Trial, String>(trial)
+    };
     let mut search = Search::default();
     let mut count = match spending.is_counted {
         true => 1,
         false => FIRST,
     };
     if !spending.is_counted {
-        search.add(trial(count)?.search); // The first image finds cold caches: its time is not looked at.
+        search.add(rendered(count)?.search); // The first image finds cold caches: its time is not looked at.
     }
     let mut costs: Vec<Cost> = Vec::new();
     let mut best: Option<Trial> = None;
     for _ in 0..TRIALS {
-        let tried = trial(count)?;
+        let tried = rendered(count)?;
         let spent = tried.mean();
         match costs.iter_mut().find(|known| known.count == count) {
             // What disturbs a measurement only adds to it.
@@ -168,12 +179,12 @@ pub fn afford(
     if best.kept.is_empty() {
         search.add(best.search);
     }
-    Ok(Afforded {
+    Ok(Some(Afforded {
         count: best.count,
         images: best.kept,
         search,
         note,
-    })
+    }))
 }
 
 /// The count that the line through the two costs on either side of the budget, or else the two
@@ -216,26 +227,23 @@ mod tests {
     use std::cell::Cell;
 
     use super::*;
-    use crate::technique::{RAYS_PER_PIXEL, SECONDS, Seconds, Stages};
+    use crate::technique::{RAYS_PER_PIXEL, SECONDS, Seconds, Stages, Unit};
     use crate::trace::RayCounts;
 
     fn within(
         amount: f64,
-        unit: &Unit,
-        trial: impl FnMut(u64) -> Result<Trial, String>,
+        unit: &'static Unit,
+        render: impl FnMut(&mut Trial) -> Result<(), String>,
     ) -> Result<Afforded, String> {
-        let spending = unit.spending.as_ref().expect("spent");
-        afford(amount, unit, spending, trial)
+        let found = afford(Budget { unit, amount }, render)?;
+        Ok(found.expect("spent"))
     }
 
     /// A still that takes `cost(count)` seconds and a thousand times as many rays, of a thousand pixels.
-    fn costing(
-        unit: &'static Unit,
-        cost: impl Fn(u64) -> f64,
-    ) -> impl Fn(u64) -> Result<Trial, String> {
-        move |count| {
+    fn costing(cost: impl Fn(u64) -> f64) -> impl Fn(&mut Trial) -> Result<(), String> {
+        move |trial| {
             let mut stages = Stages::default();
-            let cpu = cost(count);
+            let cpu = cost(trial.count);
             stages.add(
                 "rendering",
                 Seconds {
@@ -253,11 +261,8 @@ mod tests {
                 },
                 ..Rendered::default()
             }];
-            let mut trial = Trial::of(count);
-            let spending = unit.spending.as_ref().expect("spent");
-            trial.add(&images, spending, 1000);
-            trial.keep(images);
-            Ok(trial)
+            trial.add(images, 1000);
+            Ok(())
         }
     }
 
@@ -272,10 +277,10 @@ mod tests {
         for (constant, slope, count) in [(0.5, 0.01, 50.0), (0.0, 1e-4, 10_000.0), (0.9, 0.1, 1.0)]
         {
             let images = Cell::new(0);
-            let line = costing(&SECONDS, |n| constant + slope * n as f64);
-            let counted = |n| {
+            let line = costing(|n| constant + slope * n as f64);
+            let counted = |trial: &mut Trial| {
                 images.set(images.get() + 1);
-                line(n)
+                line(trial)
             };
             let afforded = within(1.0, &SECONDS, counted).expect("renders");
             let missed = (afforded.images[0].stages.total().cpu - 1.0).abs();
@@ -292,22 +297,18 @@ mod tests {
     #[test]
     fn rays_are_never_exceeded_but_by_the_least_count() {
         for (constant, slope, count) in [(0.5, 0.01, 50), (0.0, 0.32, 3), (0.95, 0.04, 1)] {
-            let line = costing(&RAYS_PER_PIXEL, |n| constant + slope * n as f64);
+            let line = costing(|n| constant + slope * n as f64);
             let afforded = within(1.0 + 1e-9, &RAYS_PER_PIXEL, line).expect("renders");
             assert_eq!(afforded.count, count);
             assert!(told(&afforded).notes.is_empty());
         }
-        let bent = costing(&RAYS_PER_PIXEL, |n| 0.1 * (n as f64).powf(1.5));
+        let bent = costing(|n| 0.1 * (n as f64).powf(1.5));
         let bent = within(10.0, &RAYS_PER_PIXEL, bent).expect("renders");
         assert_eq!(bent.count, 21, "21^1.5 is 96, 22^1.5 is 103");
-        let fixed = costing(&RAYS_PER_PIXEL, |n| 9.9 + 0.5 * n as f64);
+        let fixed = costing(|n| 9.9 + 0.5 * n as f64);
         let fixed = within(16.0, &RAYS_PER_PIXEL, fixed).expect("renders");
         assert_eq!(fixed.count, 12, "most of it does not follow the count");
-        let dear = within(
-            1.0,
-            &RAYS_PER_PIXEL,
-            costing(&RAYS_PER_PIXEL, |n| 3.0 * n as f64),
-        );
+        let dear = within(1.0, &RAYS_PER_PIXEL, costing(|n| 3.0 * n as f64));
         let dear = dear.expect("renders");
         let note = told(&dear).notes.remove(0);
         assert!(dear.count == 1 && note.contains("with 1 it is 3"), "{note}");
@@ -316,24 +317,23 @@ mod tests {
     #[test]
     fn a_job_of_several_frames_is_rendered_again_and_all_trials_are_search() {
         let trials = Cell::new(0);
-        let trial = |n| {
+        let line = costing(|n| n as f64);
+        let two_frames = |trial: &mut Trial| {
             trials.set(trials.get() + 1);
-            let mut trial = costing(&RAYS_PER_PIXEL, |n| n as f64)(n)?;
-            trial.keep(Vec::new());
-            Ok(trial)
+            line(trial)?;
+            line(trial)
         };
-        let afforded = within(5.0, &RAYS_PER_PIXEL, trial).expect("renders");
+        let afforded = within(5.0, &RAYS_PER_PIXEL, two_frames).expect("renders");
         assert_eq!((afforded.count, afforded.images.len()), (5, 0));
         assert_eq!(
             told(&afforded).search.seconds,
-            7.0 * f64::from(trials.get())
+            14.0 * f64::from(trials.get())
         );
     }
 
     #[test]
     fn a_budget_out_of_reach_gets_the_nearest_image_and_a_note() {
-        let of =
-            |cost: fn(u64) -> f64| within(1.0, &SECONDS, costing(&SECONDS, cost)).expect("renders");
+        let of = |cost: fn(u64) -> f64| within(1.0, &SECONDS, costing(cost)).expect("renders");
         let slow = of(|n| 3.0 + n as f64);
         assert_eq!((slow.count, told(&slow).notes.len()), (1, 1));
         assert_eq!(told(&of(|_| 0.25)).notes.len(), 1);
@@ -345,10 +345,10 @@ mod tests {
     #[test]
     fn a_cold_start_does_not_mislead() {
         let images = Cell::new(0);
-        let disturbed = |n| {
+        let disturbed = |trial: &mut Trial| {
             images.set(images.get() + 1);
             let disturbance = if images.get() == 1 { 5.0 } else { 0.0 };
-            costing(&SECONDS, move |n| 0.1 * n as f64 + disturbance)(n)
+            costing(move |n| 0.1 * n as f64 + disturbance)(trial)
         };
         let afforded = within(1.0, &SECONDS, disturbed).expect("renders");
         assert_eq!((afforded.count, told(&afforded).notes.len()), (10, 0));

@@ -54,7 +54,8 @@ impl Budget {
     /// written; without it one must be.
     pub(super) fn of(
         technique: &TechniqueEntry,
-        (config, choice): (&Config, &SceneChoice),
+        config: &Config,
+        choice: &SceneChoice,
         usual: Option<f64>,
     ) -> Result<Self, (&'static str, String)> {
         let amount = |unit: &&'static Unit| Some((*unit, written(unit, config, choice)?));
@@ -156,7 +157,7 @@ mod tests {
                     "name = 'x'\ntechnique = 'x'\nmethod = []\n{of_config}\n[[scene]]\nname = 's'\n{of_scene}"
                 );
                 let config: Config = toml::from_str(&text).expect("a config");
-                Budget::of(technique, (&config, &config.scene[0]), None)
+                Budget::of(technique, &config, &config.scene[0], None)
             };
             let line = |amount: u32| format!("{} = {amount}", unit.key);
             let budget = read(&line(7), "").expect("a budget");

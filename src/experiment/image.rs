@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::afford::{Trial, afford};
-use super::budget::Budget;
+use super::afford::afford;
 use super::config::{Config, ConfigError, Source};
 use super::plan::Planner;
 use super::{Job, Plan};
@@ -45,21 +44,18 @@ pub fn plan_image(config: &Config) -> Result<Job, ConfigError> {
 /// A sentence, where the contender cannot be built or needs what is not there.
 pub fn render_job(
     job: &Job,
-    (technique, shot): (&dyn Technique, &Shot),
+    technique: &dyn Technique,
+    shot: &Shot,
     reference: Option<&Image>,
 ) -> Result<Rendered, String> {
     let render = |count: u64| job.choice(count).still(technique, shot, reference);
-    let Budget { unit, amount } = job.budget;
-    let Some(spending) = &unit.spending else {
-        return render(amount as u64);
-    };
-    let mut afforded = afford(amount, unit, spending, |count| {
-        let images = vec![render(count)?];
-        let mut trial = Trial::of(count);
-        trial.add(&images, spending, shot.pixels());
-        trial.keep(images);
-        Ok(trial)
+    let afforded = afford(job.budget, |trial| {
+        trial.add(vec![render(trial.count)?], shot.pixels());
+        Ok(())
     })?;
+    let Some(mut afforded) = afforded else {
+        return render(job.budget.amount as u64);
+    };
     let mut images = std::mem::take(&mut afforded.images);
     afforded.tell(&mut images);
     images.pop().ok_or_else(|| "no image was rendered".into())

@@ -58,7 +58,8 @@ impl Loaded {
     /// As [`Loaded::views`].
     pub fn shot<'a>(
         &'a mut self,
-        (job, frame): (&Job, u32),
+        job: &Job,
+        frame: u32,
         view: &'a View,
         technique: &dyn Technique,
     ) -> Shot<'a> {

@@ -383,7 +383,7 @@ impl Planner<'_> {
         let usual = self
             .is_image
             .then(|| (entry.units[0].usual)((width * height) as f64));
-        let budget = Budget::of(entry, (config, choice), usual)
+        let budget = Budget::of(entry, config, choice, usual)
             .map_err(|(key, message)| scene.error(key, message))?;
         let technique_parameters = self.technique_parameters(entry, scene)?;
         let technique = (entry.build)(&technique_parameters)

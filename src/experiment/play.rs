@@ -4,8 +4,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use super::Job;
-use super::afford::{Afforded, Trial, afford};
-use super::budget::Budget;
+use super::afford::{Afforded, afford};
 use super::loaded::Loaded;
 use super::pictures::{self, Shown};
 use super::progress::Progress;
@@ -13,9 +12,7 @@ use super::sequence::{Animation, Checkpoint, FrameRecord, Metrics, Thumbnail};
 use super::truths::{Truth, Truths};
 use crate::image::Image;
 use crate::metric::{CompareOptions, Comparison, compare, pixel_errors};
-use crate::scene::View;
 use crate::technique::{Contender, Film, Playing, Rendered, Shot, Technique};
-use crate::world::Moment;
 
 /// A job and all that it is played with.
 pub(super) struct Player<'a> {
@@ -26,6 +23,14 @@ pub(super) struct Player<'a> {
     pub checkpoint_every: std::time::Duration,
     pub keeps_lights: bool,
     pub progress: &'a Progress,
+}
+
+/// What the frames of a job are made from.
+struct Sources<'a, 't> {
+    loaded: &'a mut Loaded,
+    truths: &'a mut Truths<'t>,
+    /// Of each viewer.
+    exposures: Vec<f32>,
 }
 
 /// A frame of a job, as all its viewers see it.
@@ -55,47 +60,41 @@ impl Player<'_> {
     ) -> Result<Vec<FrameRecord>, String> {
         let sequence = &self.job.sequence;
         let exposures = truths.exposures(|| self.exposures(loaded))?;
+        let mut sources = Sources {
+            loaded,
+            truths,
+            exposures,
+        };
         let mut state = Checkpoint::read(self.folder);
         let mut afforded = match state.count {
-            None => self.afford(loaded, truths, &exposures)?,
+            None => self.afford(&mut sources)?,
             Some(_) => None,
         };
         state.count = state.count.or(afforded.as_ref().map(|found| found.count));
         let mut playing = self.start(state.count)?;
-        let contender = playing.contender.as_mut();
-        self.rewind(loaded, truths, &exposures, contender, state.done)?;
+        self.rewind(&mut sources, playing.contender.as_mut(), state.done)?;
         playing.recall(&state.memory)?;
         let mut written = std::time::Instant::now();
-        let frames = sequence.frames.iter().enumerate().skip(state.done);
-        for (place, &number) in frames {
+        for place in state.done..sequence.frames.len() {
             if !renders(self.job, playing.contender.as_ref(), place) {
                 state.errors.clear();
                 state.done = place + 1;
                 continue;
             }
-            let time_s = sequence.time_s(number);
-            let views = loaded.views(self.job, number)?;
-            let moment = loaded.world.at(time_s);
-            let shots = self.shots(moment, &views, (number, &exposures), truths);
-            let frame = Frame {
-                place,
-                number,
-                time_s,
-                shots: &shots,
-            };
-            let found = afforded.take();
-            let images = match found {
-                None => self.frame(&mut playing, &frame, truths)?,
-                Some(mut found) => {
-                    let mut images = std::mem::take(&mut found.images);
-                    if images.is_empty() {
-                        images = self.frame(&mut playing, &frame, truths)?;
+            self.at(&mut sources, place, |frame, truths| {
+                let images = match afforded.take() {
+                    None => self.frame(&mut playing, frame, truths)?,
+                    Some(mut found) => {
+                        let mut images = std::mem::take(&mut found.images);
+                        if images.is_empty() {
+                            images = self.frame(&mut playing, frame, truths)?;
+                        }
+                        found.tell(&mut images);
+                        images
                     }
-                    found.tell(&mut images);
-                    images
-                }
-            };
-            self.measure(&frame, images, &mut state, truths)?;
+                };
+                self.measure(frame, images, &mut state, truths)
+            })?;
             state.done = place + 1;
             self.progress
                 .frame(self.job, state.done, sequence.frames.len());
@@ -123,26 +122,26 @@ impl Player<'_> {
     /// has seen the first frame's scene again, and searched for its settings.
     fn rewind(
         &self,
-        loaded: &mut Loaded,
-        truths: &mut Truths,
-        exposures: &[f32],
+        sources: &mut Sources,
         contender: &mut dyn Contender,
         done: usize,
     ) -> Result<(), String> {
-        let sequence = &self.job.sequence;
-        loaded.world.rewind();
+        sources.loaded.world.rewind();
         let Some(before) = done.checked_sub(1) else {
             return Ok(());
         };
-        let first = sequence.frames[0];
-        let views = loaded.views(self.job, first)?;
-        let moment = loaded.world.at(sequence.time_s(first));
-        let shots = self.shots(moment, &views, (first, exposures), truths);
-        contender.rebuild(&shots)?;
-        if contender.searches() {
-            self.search(contender, &shots, truths)?;
-        }
-        loaded.world.at(sequence.time_s(sequence.frames[before]));
+        self.at(sources, 0, |first, truths| {
+            contender.rebuild(first.shots)?;
+            match contender.searches() {
+                true => self.search(contender, first.shots, truths),
+                false => Ok(()),
+            }
+        })?;
+        let sequence = &self.job.sequence;
+        sources
+            .loaded
+            .world
+            .at(sequence.time_s(sequence.frames[before]));
         Ok(())
     }
 
@@ -160,23 +159,40 @@ impl Player<'_> {
         Ok(shots.map(|shot| self.technique.exposure(&shot)).collect())
     }
 
-    /// What the viewers of a frame see, over the layer that their technique leaves to others.
-    fn shots<'s>(
+    /// Does something with the frame at a place of the sequence: what its viewers see, over the layer that their technique
+    /// leaves to others.
+    fn at<T>(
         &self,
-        moment: Moment<'s>,
-        views: &'s [View],
-        (frame, exposures): (u32, &[f32]),
-        truths: &mut Truths,
-    ) -> Vec<Shot<'s>> {
+        sources: &mut Sources,
+        place: usize,
+        act: impl FnOnce(&Frame, &mut Truths) -> Result<T, String>,
+    ) -> Result<T, String> {
+        let Sources {
+            loaded,
+            truths,
+            exposures,
+        } = sources;
+        let number = self.job.sequence.frames[place];
+        let time_s = self.job.sequence.time_s(number);
+        let views = loaded.views(self.job, number)?;
+        let moment = loaded.world.at(time_s);
         let film = Film::of(self.job);
         let seen = views.iter().zip(exposures).zip(0..);
-        seen.map(|((view, exposure), viewer)| {
-            let mut shot = Shot::new(moment, view, film);
-            (shot.frame, shot.viewer, shot.exposure) = (frame, viewer, *exposure);
-            shot.layer = truths.layer(self.technique, &shot);
-            shot
-        })
-        .collect()
+        let shots: Vec<Shot> = seen
+            .map(|((view, exposure), viewer)| {
+                let mut shot = Shot::new(moment, view, film);
+                (shot.frame, shot.viewer, shot.exposure) = (number, viewer, *exposure);
+                shot.layer = truths.layer(self.technique, &shot);
+                shot
+            })
+            .collect();
+        let frame = Frame {
+            place,
+            number,
+            time_s,
+            shots: &shots,
+        };
+        act(&frame, truths)
     }
 
     /// Renders a frame, after a search for settings if it is the first.
@@ -233,45 +249,23 @@ impl Player<'_> {
     }
 
     fn truth(&self, truths: &mut Truths, shot: &Shot) -> Result<Rc<Truth>, String> {
-        truths.of(self.job, (self.technique, shot), self.progress)
+        truths.of(self.job, self.technique, shot, self.progress)
     }
 
     /// How many lights or samples a budget pays for; `None` where they are counted out.
-    fn afford(
-        &self,
-        loaded: &mut Loaded,
-        truths: &mut Truths,
-        exposures: &[f32],
-    ) -> Result<Option<Afforded>, String> {
-        let Budget { unit, amount } = self.job.budget;
-        let Some(spending) = &unit.spending else {
-            return Ok(None);
-        };
-        let frames = &self.job.sequence.frames;
-        let afforded = afford(amount, unit, spending, |count| {
-            let mut trial = Trial::of(count);
-            let mut playing = self.start(Some(count))?;
-            loaded.world.rewind();
-            for (place, &number) in frames.iter().enumerate() {
-                let time_s = self.job.sequence.time_s(number);
-                let views = loaded.views(self.job, number)?;
-                let moment = loaded.world.at(time_s);
-                let shots = self.shots(moment, &views, (number, exposures), truths);
-                let frame = Frame {
-                    place,
-                    number,
-                    time_s,
-                    shots: &shots,
-                };
-                let images = self.played(&mut playing, &frame)?;
-                trial.add(&images, spending, shots[0].pixels());
-                if frames.len() == 1 {
-                    trial.keep(images);
-                }
+    fn afford(&self, sources: &mut Sources) -> Result<Option<Afforded>, String> {
+        afford(self.job.budget, |trial| {
+            let mut playing = self.start(Some(trial.count))?;
+            sources.loaded.world.rewind();
+            for place in 0..self.job.sequence.frames.len() {
+                self.at(sources, place, |frame, _| {
+                    let images = self.played(&mut playing, frame)?;
+                    trial.add(images, frame.shots[0].pixels());
+                    Ok(())
+                })?;
             }
-            Ok(trial)
-        });
-        afforded.map(Some)
+            Ok(())
+        })
     }
 
     /// Compares the images of a frame with their references and notes what it took.
@@ -388,7 +382,7 @@ impl Player<'_> {
         self.progress.time("writing", writing)?;
         let animation = Animation::of(&self.job.sequence);
         if shown.measured.is_some() && animation.shows(frame) {
-            let picture = Thumbnail::of(&shown.rendered.image, shown.exposure, (frame, viewer));
+            let picture = Thumbnail::of(&shown.rendered.image, shown.exposure, frame, viewer);
             thumbnails.push(picture);
         }
         Ok(())

@@ -89,7 +89,8 @@ impl<'a> Truths<'a> {
     pub fn of(
         &mut self,
         job: &Job,
-        (technique, shot): (&dyn Technique, &Shot),
+        technique: &dyn Technique,
+        shot: &Shot,
         progress: &Progress,
     ) -> Result<Rc<Truth>, String> {
         let place = (shot.frame, shot.viewer);

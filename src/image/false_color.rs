@@ -63,7 +63,7 @@ impl Palette {
 /// sRGB-coded (see [`super::write_png_coded`]).
 ///
 /// When `high` is not above `low` every finite value is painted with the dark end.
-pub fn false_color(plane: &Plane, (low, high): (f32, f32), palette: Palette) -> Image {
+pub fn false_color(plane: &Plane, [low, high]: [f32; 2], palette: Palette) -> Image {
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
     Image {
         width: plane.width,
@@ -103,10 +103,10 @@ mod tests {
             height: 1,
             values: vec![5.0, 7.0],
         };
-        let flat = false_color(&plane, (7.0, 7.0), Palette::Viridis);
+        let flat = false_color(&plane, [7.0, 7.0], Palette::Viridis);
         assert_eq!(flat.pixels, vec![VIRIDIS[0]; 2]);
         assert_eq!(
-            false_color(&plane, (5.0, 7.0), Palette::Viridis).pixels[1],
+            false_color(&plane, [5.0, 7.0], Palette::Viridis).pixels[1],
             VIRIDIS[8]
         );
     }

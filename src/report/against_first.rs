@@ -93,7 +93,7 @@ pub fn against_first(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
         heading: String::new(),
         lines,
     });
-    table.notes = notes(data, &table, (spec.kind, &cost.heading));
+    table.notes = notes(data, &table, spec.kind, &cost.heading);
     table
 }
 
@@ -166,7 +166,7 @@ fn told(logarithm: &Estimate, kind: TableKind) -> Option<Estimate> {
     })
 }
 
-fn notes(data: &Data, table: &Table, (kind, cost): (TableKind, &str)) -> Vec<String> {
+fn notes(data: &Data, table: &Table, kind: TableKind, cost: &str) -> Vec<String> {
     const CURVES: &str = "curves over the swept budgets, interpolated linearly in logarithms, never \
                           extrapolated; ratios of each seed, averaged geometrically";
     let first = data.labels().first().map_or("", String::as_str);

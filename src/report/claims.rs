@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use serde::Serialize;
 
-use super::data::{Data, SceneOf};
+use super::data::{Asked, Data, SceneOf};
 use super::number::Style;
 use crate::experiment::Unit;
 use crate::experiment::{Expression, Judged, Measured, Swept, Verdict, judge, overall};
@@ -148,7 +148,12 @@ fn paper_sides(
 ) -> Option<String> {
     let value = |column: &str, label: &str| {
         let label = label.strip_suffix("@*").unwrap_or(label);
-        data.published(scene, (label, point), column)
+        let asked = Asked {
+            scene,
+            label,
+            point,
+        };
+        data.published(asked, column)
     };
     let Measured { smaller, larger } = expression.measure(&value)?;
     Some(match expression.larger_first() {

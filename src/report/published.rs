@@ -1,18 +1,18 @@
 //! The paper's numbers, found for our cells.
 
-use super::data::{Data, SceneOf};
+use super::data::{Asked, Data, SceneOf};
 use crate::experiment::{EVERY_SCENE, Published, Swept};
 
 impl Data {
     /// The paper's number for a column of a method in a scene at a swept value.
     ///
     /// A number without `at` belongs to experiments without a sweep.
-    pub fn published(
-        &self,
-        scene: &SceneOf,
-        (label, point): (&str, &Swept),
-        column: &str,
-    ) -> Option<f64> {
+    pub fn published(&self, asked: Asked, column: &str) -> Option<f64> {
+        let Asked {
+            scene,
+            label,
+            point,
+        } = asked;
         self.config
             .published
             .iter()
@@ -23,9 +23,17 @@ impl Data {
     /// Whether any number of the paper stands beside a column in a scene.
     pub fn has_published(&self, scene: &SceneOf, column: &str) -> bool {
         self.labels().iter().any(|label| {
-            self.points()
-                .iter()
-                .any(|point| self.published(scene, (label, point), column).is_some())
+            self.points().iter().any(|point| {
+                self.published(
+                    Asked {
+                        scene,
+                        label,
+                        point,
+                    },
+                    column,
+                )
+                .is_some()
+            })
         })
     }
 

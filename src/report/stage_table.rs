@@ -1,10 +1,10 @@
 //! Where the processor time of each method went, as the papers' stage profiles.
 
-use super::data::{Data, SceneOf};
+use super::data::{Asked, Data};
 use super::table::{Block, Group, Line, Table};
-use super::table_kinds::{column_of, notes, ours, start, style_of, theirs};
+use super::table_kinds::{asked, column_of, notes, ours, start, style_of, theirs};
 use crate::experiment::TableSpec;
-use crate::experiment::{Column, Swept, Unit};
+use crate::experiment::{Column, Unit};
 
 /// The columns of a stage: ours, and what papers print of it.
 struct Stage {
@@ -22,13 +22,8 @@ impl Stage {
         }
     }
 
-    fn published(
-        &self,
-        data: &Data,
-        scene: &SceneOf,
-        (label, point): (&str, &Swept),
-    ) -> Option<f64> {
-        data.published(scene, (label, point), &self.wall)
+    fn published(&self, data: &Data, asked: Asked) -> Option<f64> {
+        data.published(asked, &self.wall)
     }
 }
 
@@ -53,7 +48,7 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
     for scene in &data.scenes {
         for point in data.points() {
             let printed = |label: &String, stage: &Stage| {
-                let value = stage.published(data, scene, (label, point));
+                let value = stage.published(data, asked(scene, label, point));
                 value.is_some()
             };
             let beside: Vec<bool> = data
@@ -75,13 +70,13 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
                     ..Column::of(&stage.cpu)
                 };
                 let first = table.records.len();
-                let found = column_of(data, (scene, point), &column, &mut table.records);
+                let found = column_of(data, scene, point, &column, &mut table.records);
                 let records = table.records[first..].iter_mut();
                 for (((label, beside), (estimate, standing)), record) in
                     data.labels().iter().zip(&beside).zip(found).zip(records)
                 {
                     line.cells.push(ours(estimate.as_ref(), standing, &style));
-                    record.published = stage.published(data, scene, (label, point));
+                    record.published = stage.published(data, asked(scene, label, point));
                     line.cells
                         .extend(beside.then(|| theirs(record.published, &style)));
                 }

@@ -114,7 +114,7 @@ pub(super) fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
                 for key in keys {
                     let case = asked(scene, label, point);
                     values.extend(data.estimate(case, key).map(|e| e.mean));
-                    values.extend(data.published(scene, (label, point), key));
+                    values.extend(data.published(asked(scene, label, point), key));
                 }
             }
         }
@@ -122,7 +122,7 @@ pub(super) fn style_of(data: &Data, keys: &[String], unit: Unit) -> Style {
     Style::of(unit, values.into_iter())
 }
 
-fn asked<'a>(scene: &'a SceneOf, label: &'a str, point: &'a Swept) -> Asked<'a> {
+pub(super) fn asked<'a>(scene: &'a SceneOf, label: &'a str, point: &'a Swept) -> Asked<'a> {
     Asked {
         scene,
         label,
@@ -133,7 +133,8 @@ fn asked<'a>(scene: &'a SceneOf, label: &'a str, point: &'a Swept) -> Asked<'a> 
 /// The estimates of all methods in one column, with their standings; recorded for the CSV.
 pub(super) fn column_of(
     data: &Data,
-    (scene, point): (&SceneOf, &Swept),
+    scene: &SceneOf,
+    point: &Swept,
     column: &Column,
     records: &mut Vec<Record>,
 ) -> Vec<(Option<Estimate>, Standing)> {
@@ -157,7 +158,7 @@ pub(super) fn column_of(
             estimate: estimate.clone(),
             ends: None,
             budgets: None,
-            published: data.published(scene, (label, point), &column.key),
+            published: data.published(asked(scene, label, point), &column.key),
             standing: *standing,
         });
     }
@@ -225,14 +226,14 @@ fn methods(data: &Data, spec: &TableSpec, scenes: &[SceneOf]) -> Table {
         let mut lines = lines_of(data.labels());
         for scene in scenes {
             for metric in &metrics {
-                let column = column_of(data, (scene, point), &metric.column, &mut table.records);
+                let column = column_of(data, scene, point, &metric.column, &mut table.records);
                 let beside = data.has_published(scene, &metric.column.key);
                 for (line, (estimate, standing)) in lines.iter_mut().zip(column) {
                     line.cells
                         .push(ours(estimate.as_ref(), standing, &metric.style));
                     if beside {
                         let value =
-                            data.published(scene, (&line.heading, point), &metric.column.key);
+                            data.published(asked(scene, &line.heading, point), &metric.column.key);
                         line.cells.push(theirs(value, &metric.style));
                     }
                 }
@@ -246,7 +247,7 @@ fn methods(data: &Data, spec: &TableSpec, scenes: &[SceneOf]) -> Table {
                 line.cells.push(cell);
                 if let Some(key) = published_rank(data, metric) {
                     let all = SceneOf::all();
-                    let value = data.published(&all, (&line.heading, point), &key);
+                    let value = data.published(asked(&all, &line.heading, point), &key);
                     line.cells.push(Cell {
                         published: true,
                         ..value.map_or_else(Cell::empty, |v| Cell {
@@ -278,8 +279,8 @@ fn tells_apart(data: &Data, column: &Column) -> bool {
         .scenes
         .iter()
         .flat_map(|s| data.points().iter().map(move |p| (s, p)));
-    cases.into_iter().any(|case| {
-        let column = column_of(data, case, column, &mut Vec::new());
+    cases.into_iter().any(|(scene, point)| {
+        let column = column_of(data, scene, point, column, &mut Vec::new());
         column
             .iter()
             .any(|(_, standing)| *standing == Standing::Best)
@@ -293,7 +294,7 @@ fn mean_ranks(data: &Data, point: &Swept, column: &Column) -> Vec<Cell> {
     let by_scene: Vec<Vec<Option<Estimate>>> = data
         .expected(point)
         .map(|scene| {
-            let column = column_of(data, (scene, point), column, &mut Vec::new());
+            let column = column_of(data, scene, point, column, &mut Vec::new());
             let estimates = column.into_iter().map(|(estimate, _)| estimate);
             estimates.map(|e| e.filter(Estimate::is_whole)).collect()
         })
@@ -338,7 +339,7 @@ fn sweep(data: &Data, spec: &TableSpec) -> Table {
             let metric = Metric::new(data, key);
             let mut lines = lines_of(data.labels());
             for point in data.points() {
-                let column = column_of(data, (scene, point), &metric.column, &mut table.records);
+                let column = column_of(data, scene, point, &metric.column, &mut table.records);
                 for (line, (estimate, standing)) in lines.iter_mut().zip(column) {
                     line.cells
                         .push(ours(estimate.as_ref(), standing, &metric.style));
@@ -348,7 +349,7 @@ fn sweep(data: &Data, spec: &TableSpec) -> Table {
                 let values = data
                     .points()
                     .iter()
-                    .map(|p| data.published(scene, (label, p), key));
+                    .map(|p| data.published(asked(scene, label, p), key));
                 let values: Vec<Option<f64>> = values.collect();
                 if values.iter().any(Option::is_some) {
                     lines.push(Line {

@@ -88,7 +88,7 @@ impl Animation {
 
 impl Thumbnail {
     /// A picture at an exposure in stops, made smaller by a whole factor.
-    pub fn of(image: &Image, exposure: f32, (frame, viewer): (u32, u16)) -> Self {
+    pub fn of(image: &Image, exposure: f32, frame: u32, viewer: u16) -> Self {
         let factor = image.width.max(image.height).div_ceil(SIDE).max(1);
         let small = smaller(image, factor);
         Self {
@@ -138,7 +138,7 @@ mod tests {
         };
         let frames: Vec<Thumbnail> = (0..3)
             .filter(|&frame| animation.shows(frame))
-            .map(|frame| Thumbnail::of(&image(0.5 * frame as f32), 0.0, (frame, 0)))
+            .map(|frame| Thumbnail::of(&image(0.5 * frame as f32), 0.0, frame, 0))
             .collect();
         assert_eq!((frames[2].width, frames[2].height), (150, 5));
         assert_eq!([frames[0].bytes[0], frames[2].bytes[0]], [0, 255]);

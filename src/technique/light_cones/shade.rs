@@ -180,7 +180,7 @@ impl Shading<'_> {
         let frame = frame_of(self.shot.scene, point.triangle, back, orientation);
         // The directions of a texel stay the same, so that they do not flicker.
         let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
-        let turn = (TAU * (turn as f32 / (1 << 24) as f32)).sin_cos();
+        let turn = <[f32; 2]>::from((TAU * (turn as f32 / (1 << 24) as f32)).sin_cos());
         for (place, cone) in shown.cones.iter_mut().zip(entry.cones()) {
             let axis = frame.to_world(cone.axis).normalize();
             *place = ShownCone::of(&Cone { axis, ..*cone }, turn);

@@ -79,7 +79,7 @@ impl Shown {
 
 impl ShownCone {
     /// A cone in the world whose frame is turned around the axis by an angle of this sine and cosine.
-    pub fn of(cone: &Cone, (turn_sine, turn_cosine): (f32, f32)) -> Self {
+    pub fn of(cone: &Cone, [turn_sine, turn_cosine]: [f32; 2]) -> Self {
         let frame = Frame::from_normal(cone.axis);
         let height = cone.height();
         Self {
