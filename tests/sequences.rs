@@ -68,14 +68,14 @@ keys = [{ time = 0, view = "main", move = [0, 1, 0], target = [0, 0.5, 0] }]
 "#;
 
 /// What each technique is run with, its contenders without memory.
-const TECHNIQUES: [(&str, &str); 6] = [
+const TECHNIQUES: [(&str, &str); 7] = [
     (
         "ambient-occlusion",
-        "caches = 30\nparameters = { side = 8 }\n[[method]]\nid = 'SD'\n[[method]]\nid = 'VGC+DGS'\n",
+        "caches = 30\nparameters = { side = 8 }\n[[method]]\nid = 'SD'\n[[method]]\nid = 'VGC+DGS'\n[[method]]\nid = 'per-sample'\n",
     ),
     (
         "irradiance-caching",
-        "caches = 20\nparameters = { side = 8, reference_passes = 4 }\n[[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+AS'\n",
+        "caches = 20\nparameters = { side = 8, reference_passes = 4 }\n[[method]]\nid = 'IM'\n[[method]]\nid = 'VGC+AS'\n[[method]]\nid = 'on-demand'\n",
     ),
     (
         "importance-caching",
@@ -83,17 +83,32 @@ const TECHNIQUES: [(&str, &str); 6] = [
     ),
     (
         "environment-lighting",
-        "lights = 4\nparameters = { reference_samples = 16, reference_passes = 2 }\n[[method]]\nid = 'decomposition'\n[[method]]\nid = 'product-ratio'\n",
+        "lights = 4\nparameters = { reference_samples = 16, reference_passes = 2 }\n[[method]]\nid = 'decomposition'\n[[method]]\nid = 'product-ratio'\n[[method]]\nid = 'mis'\n",
     ),
     (
         "direct-lighting",
-        "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n",
+        "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n[[method]]\nid = 'rt'\n",
+    ),
+    (
+        "radiance",
+        "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n[[method]]\nid = 'filtered-paths'\n",
     ),
     (
         "path-tracing",
         "samples = 1\nparameters = { reference_passes = 4 }\n[[method]]\nid = 'paths'\n",
     ),
 ];
+
+/// Contenders of which each frame is made of other samples.
+const RANDOM: [&str; 3] = ["paths", "rt", "filtered-paths"];
+
+#[test]
+fn every_technique_is_played() {
+    for entry in lightbench::registry::TECHNIQUES {
+        let id = entry.about.id;
+        assert!(TECHNIQUES.iter().any(|(played, _)| *played == id), "{id}");
+    }
+}
 
 /// An experiment on the scene, in a folder of its own.
 struct Experiment<'a> {
@@ -223,7 +238,7 @@ fn a_static_camera_gives_its_still_ten_times_but_for_random_paths() {
             assert_eq!(lines.len(), 10, "{label}");
             assert_eq!((row.frames, row.viewers), (10, 1));
             // Paths are others in each frame: their noise flickers as a renderer's does.
-            let random = still.label == "paths";
+            let random = RANDOM.contains(&still.label.as_str());
             for line in lines {
                 // Of a scene that moves, keys of references tell the time.
                 let changes = ["frame", "time_s", "error_change", "reference"];
