@@ -391,6 +391,13 @@ impl Planner<'_> {
         technique
             .fits(description)
             .map_err(|message| scene.error("name", message))?;
+        if scene.environment.is_some() && !technique.needs().environment {
+            let message = format!("{} takes no `environment`: leave it out", entry.about.id);
+            return Err(match choice.environment {
+                Some(_) => scene.error("environment", message),
+                None => self.source.error(&["environment"], message),
+            });
+        }
         description
             .require_files(technique.needs(), choice.incomplete)
             .map_err(|error| scene.error("name", error.to_string()))?;

@@ -60,6 +60,10 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
             &format!("{TINY}[sweep]\ntechnique = [\"ambient-occlusion\", \"path-tracing\"]\n"),
             "an experiment has one `technique`",
         ),
+        (
+            &TINY.replace("repeats = 2", "repeats = 2\nenvironment = \"afternoon\""),
+            "bad.toml:8:1: ambient-occlusion takes no `environment`",
+        ),
         (&TINY.replace("\"tiny\"", "\"..\""), "bad.toml:2:1: name"),
         (&TINY.replace("\"tiny\"", "\"\""), "bad.toml:2:1: name"),
         (
