@@ -83,9 +83,8 @@ fn notes(plan: &Plan, cases: &Cases) -> Vec<String> {
             "{jobs} jobs are in shards that are not here: `merge` them first"
         )),
     };
-    plan.notes
-        .iter()
-        .cloned()
+    plan.told()
+        .into_iter()
         .chain(absent)
         .chain(of_rows)
         .collect()

@@ -43,6 +43,7 @@ pub fn run(args: &MergeArgs) -> Result<u8, Failure> {
     }
     let mut seen = HashSet::new();
     united.sharded = plans.iter().filter_map(|plan| plan.sharded).max();
+    united.selected_of = plans.iter().filter_map(|plan| plan.selected_of).max();
     united.jobs = plans.into_iter().flat_map(|p| p.jobs).collect();
     let mut repeated = Vec::new();
     united.jobs.retain(|job| {

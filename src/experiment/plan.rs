@@ -37,6 +37,9 @@ pub struct Plan {
     /// How many jobs there are in all shards, where these are some of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sharded: Option<usize>,
+    /// How many jobs the configs have, of which these may be a selection; of shards see `sharded`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub selected_of: Option<usize>,
     /// All jobs of the configs, in order, where `jobs` are a selection of them.
     #[serde(skip)]
     pub all: Vec<Job>,
@@ -49,11 +52,12 @@ impl Plan {
         all.saturating_sub(self.jobs.len())
     }
 
-    /// Says that its jobs are a selection, where none of the others lie in shards.
-    pub fn selection(&self) -> Option<String> {
-        let (some, all) = (self.jobs.len(), self.all.len());
-        let is_selection = some < all && self.sharded.is_none();
-        is_selection.then(|| format!("a selection: {some} of {all} jobs of the config"))
+    /// Its notes, and that its jobs are a selection, where they are one.
+    pub fn told(&self) -> Vec<String> {
+        let some = self.jobs.len();
+        let all = self.selected_of.filter(|all| some < *all);
+        let selection = all.map(|all| format!("a selection: {some} of {all} jobs of the config"));
+        self.notes.iter().cloned().chain(selection).collect()
     }
 }
 
@@ -217,6 +221,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         jobs: Vec::new(),
         notes: Vec::new(),
         sharded: None,
+        selected_of: None,
         all: Vec::new(),
     };
     let mut cases = HashMap::new();

@@ -183,8 +183,8 @@ impl Store {
     /// not selected now; and how many jobs of the folder's plan they no longer have.
     pub fn united(&self, plan: &Plan) -> (Plan, usize) {
         let mut united = plan.clone();
+        united.selected_of = plan.sharded.is_none().then_some(plan.all.len());
         let Ok(earlier) = self.plan() else {
-            united.notes.extend(united.selection());
             return (united, 0);
         };
         let wanted: HashSet<_> = plan
@@ -204,7 +204,6 @@ impl Store {
             .iter()
             .filter(|job| !kept.contains(&job.place()))
             .count();
-        united.notes.extend(united.selection());
         (united, gone)
     }
 

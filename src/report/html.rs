@@ -166,7 +166,7 @@ fn figures(data: &Data, drawn: &Drawn) -> Vec<Value> {
 
 /// Stand-ins, shortfalls and undrawn figures; failed and missing jobs have their own lists.
 fn notes(data: &Data, drawn: &Drawn) -> Vec<String> {
-    let mut notes = data.plan.notes.clone();
+    let mut notes = data.plan.told();
     for note in data.cases.notes() {
         notes.push(format!("{} — {}", note.text, note.runs.join(", ")));
     }

@@ -57,7 +57,7 @@ fn claim(out: &mut String, claim: &Claim) {
 
 /// Stand-ins, failed and missing jobs, and the rows' own notes, a sentence each.
 pub fn shortfalls(data: &Data) -> Vec<String> {
-    let mut lines = data.plan.notes.clone();
+    let mut lines = data.plan.told();
     lines.extend(data.cases.failures());
     let missing = data.missing().len();
     if missing > 0 {

@@ -54,8 +54,22 @@ fn a_gate_on_a_selection_says_so() {
         told.contains("a selection: 4 of 8 jobs of the config"),
         "{told}"
     );
-    let all = run(&[]);
-    assert!(!all.err.contains("a selection"), "{}", all.err);
+    // Selections that are merged to the whole are none.
+    let other = [
+        "run",
+        "tiny.toml",
+        "--scene",
+        "hard-cases",
+        "--out",
+        "other",
+    ];
+    assert_eq!(place.lightbench(&other).code, 0);
+    let merge = ["merge", "out", "other", "--out", "both"];
+    assert_eq!(place.lightbench(&merge).code, 0);
+    for whole in [place.lightbench(&["gate", "both"]), run(&[])] {
+        assert_eq!(whole.code, 0, "{}", whole.err);
+        assert!(!whole.err.contains("a selection"), "{}", whole.err);
+    }
 }
 
 #[test]

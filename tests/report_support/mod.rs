@@ -43,6 +43,7 @@ impl Folder {
             plan: Plan {
                 all: Vec::new(),
                 sharded: None,
+                selected_of: None,
                 name: config.name.clone(),
                 title: config.title.clone(),
                 configs: vec!["configs/synthetic.toml".into()],
