@@ -16,6 +16,7 @@ pub mod environment;
 pub mod experiment;
 mod files;
 pub mod image;
+mod instructions;
 mod memory;
 pub mod metric;
 mod other_kind;

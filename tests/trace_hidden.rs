@@ -20,14 +20,16 @@ fn lightbench(folder: &Path, hidden: Option<&str>) -> Command {
     command
 }
 
-/// One tiny image of a technique, as the bytes of its file.
-fn render(technique: &str, hidden: Option<&str>) -> Vec<u8> {
+/// One tiny image of a contender, as the bytes of its file.
+fn render(technique: &str, method: &str, hidden: Option<&str>) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("temporary folder");
     let arguments = [
         "render",
         "still-zoo",
         "--technique",
         technique,
+        "--method",
+        method,
         "--size",
         "32x18",
         "--spp",
@@ -46,7 +48,7 @@ fn render(technique: &str, hidden: Option<&str>) -> Vec<u8> {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
         output.status.success(),
-        "{technique}, hidden {hidden:?}: {message}"
+        "{technique}, {method}, hidden {hidden:?}: {message}"
     );
     std::fs::read(folder.path().join("image.exr")).expect("image")
 }
@@ -56,12 +58,20 @@ fn render(technique: &str, hidden: Option<&str>) -> Vec<u8> {
 fn every_technique_renders_with_and_without_wide_registers() {
     for entry in TECHNIQUES {
         let id = entry.about.id;
-        let all = render(id, None);
-        assert!(
-            all == render(id, Some("avx512")),
-            "{id}: AVX-512 changes the picture"
-        );
-        render(id, Some("avx2"));
+        // Combinations take the same steps as their parts.
+        let contenders = (entry.contenders)();
+        let alone = contenders.iter().filter(|listed| listed.parts.len() == 1);
+        for (number, listed) in alone.enumerate() {
+            let method = listed.id.as_str();
+            let all = render(id, method, None);
+            assert!(
+                all == render(id, method, Some("avx512")),
+                "{id}, {method}: AVX-512 changes the picture"
+            );
+            if number == 0 {
+                render(id, method, Some("avx2"));
+            }
+        }
     }
 }
 

@@ -1,11 +1,13 @@
 //! Answers a tile of neighbouring queries from one shared list of candidates.
 
 use glam::Vec3A;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use super::metric::Ranking;
 use super::search::{Neighbour, RecordSearch};
 use super::tree::{Box3, squared_distance};
+
+use crate::instructions::compiled_for_avx2;
 
 /// Candidates are examined in groups of this many.
 const LANES: usize = 8;
@@ -264,7 +266,7 @@ impl Chosen {
 /// Offers the records of a query's tile to `chosen` until no later group can hold one; `away` is the
 /// query's distance from the tile's centre. Tells how many of them all are no farther than the farthest
 /// chosen one. `squared` is scratch space. Compiled for AVX2 too, with the same results: nothing is fused.
-#[multiversion(targets("x86_64+avx2"))]
+#[apply(compiled_for_avx2)]
 fn examine(
     groups: &[Group],
     query: &Query,

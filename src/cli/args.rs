@@ -9,7 +9,7 @@ const NOTES: &str = "Exit codes: 0 ok · 2 usage or config · 3 nothing selected
 10 gate failed · 11 gate inconclusive · 12 gate has no data · 130 interrupted (finished jobs kept)
 Environment: LIGHTBENCH_SCENES path list of folders with scenes and maps · LIGHTBENCH_KERNEL how rays are \
 traced: wide (default where the processor has AVX-512, or AVX2 and FMA), watertight, portable, or a kernel by \
-the name it has in provenance.json · LIGHTBENCH_HIDE instructions not to use for rays: avx512, avx2";
+the name it has in provenance.json · LIGHTBENCH_HIDE instructions not to use: avx512, avx2";
 
 const DIFF_NOTES: &str = "Jobs belong together that have scene, view, technique, label, swept values and seed in common. For each \
 contender in which something changed it prints errors and counted and timed cost before and after, the relative change of \

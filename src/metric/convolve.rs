@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
+
+use crate::instructions::compiled_for_avx512;
 
 /// Columns that are summed in registers at a time.
 const LANES: usize = 64;
@@ -10,7 +12,7 @@ const LANES: usize = 64;
 /// The weighted sum of rows: `out[i] = sum over k of kernel[k] * values[starts[k] + i]`, the same on every processor.
 ///
 /// A vertical filter passes where neighbouring image rows start, a horizontal one growing places of one padded row.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 pub(super) fn weighted_sum(values: &[f32], starts: &[usize], kernel: &[f32], out: &mut [f32]) {
     let mut start = 0;
     for block in out.chunks_mut(LANES) {

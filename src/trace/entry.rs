@@ -3,7 +3,7 @@
 
 use super::binary::improved;
 use super::collapse::collapse;
-use super::kernel::{Instructions, Kernel};
+use super::kernel::Kernel;
 use super::lanes::{Avx2, Avx512, Floats, MOST_LANES};
 use super::query::{Bundle, RayTree, Scratch, Waiting};
 use super::single::Beam;
@@ -11,6 +11,7 @@ use super::soup::Soup;
 use super::tracer::{THOROUGH, binary_tree};
 use super::wide::WideTree;
 use super::{Hit, Ray, bundle, single};
+use crate::instructions::Instructions;
 
 /// The wide tree of a kernel, where this processor can run it.
 pub fn tree(soup: &Soup, kernel: Kernel) -> Option<Box<dyn RayTree>> {

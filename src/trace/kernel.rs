@@ -1,8 +1,6 @@
 //! Which instructions answer ray queries, decided at run time.
 
-use super::hidden::hidden;
-#[cfg(target_arch = "x86_64")]
-use super::lanes::{Avx2, Avx512, Floats};
+use crate::instructions::{Instructions, hidden};
 
 /// The environment variable that names a kernel.
 const VARIABLE: &str = "LIGHTBENCH_KERNEL";
@@ -16,35 +14,6 @@ pub enum Kernel {
     Watertight(Instructions),
     /// obvhs' traversal of its compressed tree; runs everywhere.
     Portable,
-}
-
-/// What the wide kernels are compiled for. Their answers are the same to the last bit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Instructions {
-    /// AVX-512 (F and DQ): sixteen lanes.
-    Avx512,
-    /// AVX2 and FMA (x86-64-v3): eight lanes.
-    Avx2,
-}
-
-impl Instructions {
-    const ALL: [Self; 2] = [Self::Avx512, Self::Avx2];
-
-    /// Whether this processor has them and they are not hidden.
-    fn are_available(self) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        return match self {
-            Self::Avx512 => Avx512::detect().is_some(),
-            Self::Avx2 => Avx2::detect().is_some(),
-        };
-        #[cfg(not(target_arch = "x86_64"))]
-        false
-    }
-
-    /// The widest of this processor.
-    fn best() -> Option<Self> {
-        Self::ALL.into_iter().find(|set| set.are_available())
-    }
 }
 
 impl Kernel {
@@ -110,7 +79,7 @@ impl Kernel {
     /// Whether this processor has the instructions and they are not hidden.
     pub fn is_available(self) -> bool {
         match self {
-            Self::Wide(set) | Self::Watertight(set) => set.are_available(),
+            Self::Wide(set) | Self::Watertight(set) => set.is_present(),
             Self::Portable => true,
         }
     }

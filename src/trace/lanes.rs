@@ -9,7 +9,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, IndexMut, Mul, Sub};
 
-use super::hidden::Hideable;
+use crate::instructions::Instructions;
 
 /// The most lanes of any instruction set.
 pub const MOST_LANES: usize = 16;
@@ -158,11 +158,7 @@ impl Floats for Avx512 {
     type Present = HasAvx512;
 
     fn detect() -> Option<HasAvx512> {
-        let present = !Hideable::Avx512.is_hidden()
-            && is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512dq")
-            && Avx2::detect().is_some();
-        present.then_some(HasAvx512(()))
+        Instructions::Avx512.is_present().then_some(HasAvx512(()))
     }
 
     functions!(
@@ -239,14 +235,7 @@ impl Floats for Avx2 {
     type Present = HasAvx2;
 
     fn detect() -> Option<HasAvx2> {
-        let present = !Hideable::Avx2.is_hidden()
-            && is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        present.then_some(HasAvx2(()))
+        Instructions::Avx2.is_present().then_some(HasAvx2(()))
     }
 
     functions!(

@@ -20,7 +20,6 @@
 
 mod caster;
 mod counter;
-mod hidden;
 mod kernel;
 mod pair;
 mod portable;
@@ -50,10 +49,11 @@ mod wide;
 #[cfg(test)]
 mod tests;
 
+pub use crate::instructions::Instructions;
+pub use crate::instructions::hidden_instructions;
 pub use caster::Caster;
 pub use counter::{RayCounter, RayCounts};
-pub use hidden::hidden_instructions;
-pub use kernel::{Instructions, Kernel};
+pub use kernel::Kernel;
 pub use tracer::Tracer;
 
 use glam::Vec3;

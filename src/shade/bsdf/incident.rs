@@ -3,12 +3,13 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::Vec3;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use super::conductor::Conductor;
 use super::microfacet::{GgxMirror, Microfacets};
 use super::plastic::{Coating, Plastic};
 use super::{LocalBsdf, Model, fresnel};
+use crate::instructions::compiled_for_avx512;
 use crate::scene::MicrofacetDistribution;
 
 /// Light that spreads evenly over a cone.
@@ -255,7 +256,7 @@ impl Plastic<'_> {
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+#[apply(compiled_for_avx512)]
 fn diffuse_sum(incident: &mut Incident, turn: f32) -> Vec3 {
     incident.spread(turn);
     incident.directions.fill(|cosine| cosine);
@@ -263,7 +264,7 @@ fn diffuse_sum(incident: &mut Incident, turn: f32) -> Vec3 {
 }
 
 /// Under a smooth coating.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+#[apply(compiled_for_avx512)]
 fn smooth_sum(incident: &mut Incident, turn: f32, coating: &Coating) -> Vec3 {
     incident.spread(turn);
     let ior = coating.ior;
@@ -273,7 +274,7 @@ fn smooth_sum(incident: &mut Incident, turn: f32, coating: &Coating) -> Vec3 {
 }
 
 /// Of the base and of the gloss.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+#[apply(compiled_for_avx512)]
 fn coated_sums(
     incident: &mut Incident,
     turn: f32,
@@ -290,7 +291,7 @@ fn coated_sums(
     [&directions.first, &directions.second].map(|numbers| incident.sum(numbers))
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+#[apply(compiled_for_avx512)]
 fn metal_sum(
     incident: &mut Incident,
     turn: f32,

@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use super::conductor::Conductor;
 use super::incident::is_plain;
@@ -11,6 +11,7 @@ use super::microfacet::{GgxMirror, Microfacets};
 use super::plastic::Coating;
 use super::{LocalBsdf, Model, fresnel};
 use crate::image::LUMINANCE;
+use crate::instructions::compiled_for_avx512;
 use crate::sample::Frame;
 
 /// Lights that are worked on together.
@@ -75,7 +76,7 @@ impl LocalBsdf<'_> {
 }
 
 /// World directions in a frame.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 pub fn to_local(directions: &VectorLanes, frame: &Frame, local: &mut VectorLanes) {
     let [x, y, z] = directions;
     let axes = [frame.tangent, frame.bitangent, frame.normal];
@@ -86,7 +87,7 @@ pub fn to_local(directions: &VectorLanes, frame: &Frame, local: &mut VectorLanes
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn facing(z: &Lanes, base: &mut Lanes) {
     for i in 0..LANES {
         base[i] = z[i].max(0.0);
@@ -94,7 +95,7 @@ fn facing(z: &Lanes, base: &mut Lanes) {
 }
 
 /// The base under a smooth coating.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn under_smooth(z: &Lanes, coating: &Coating, base: &mut Lanes) {
     let ior = coating.ior;
     for i in 0..LANES {
@@ -104,14 +105,15 @@ fn under_smooth(z: &Lanes, coating: &Coating, base: &mut Lanes) {
 }
 
 /// The base under a rough coating, and the coating's gloss.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn coated(
-    [x, y, z]: [&Lanes; 3],
+    directions: [&Lanes; 3],
     view: Vec3,
     coating: &Coating,
     facets: Microfacets,
     parts: &mut Parts,
 ) {
+    let [x, y, z] = directions;
     let mirror = GgxMirror::new(facets, view);
     let ior = coating.ior;
     let Parts { base, gloss } = parts;
@@ -125,15 +127,16 @@ fn coated(
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn metallic(
-    [[red, green, blue], [x, y, z]]: [&VectorLanes; 2],
+    lit: [&VectorLanes; 2],
     view: Vec3,
     metal: &Conductor,
     facets: Microfacets,
     weights: Vec3,
     luminances: &mut Lanes,
 ) {
+    let [[red, green, blue], [x, y, z]] = lit;
     let mirror = GgxMirror::new(facets, view);
     for i in 0..LANES {
         let (reflected, cosine) = mirror.reflected(x[i], y[i], z[i]);
@@ -144,7 +147,7 @@ fn metallic(
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn weigh(parts: &Parts, irradiance: &VectorLanes, weights: [Vec3; 2], luminances: &mut Lanes) {
     let [red, green, blue] = irradiance;
     let [base, gloss] = weights;

@@ -1,10 +1,11 @@
 //! Many places on lights at once, and what they send to surfaces: loops that processors work through many at a time.
 
 use glam::Vec3;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use super::{Arriving, ChosenPlace, FacingPoint, LIGHT_GROUPS, LightPlace, Lights, Unshadowed};
 use crate::image::luminance;
+use crate::instructions::compiled_for_avx512;
 use crate::sample::Rng;
 use crate::shade::bsdf::{LANES, Lanes, VectorLanes};
 use crate::shade::surface::Interaction;
@@ -270,7 +271,7 @@ impl Sent {
 }
 
 /// `FacingPoint::of` of all triangles, and what they send.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn send(part: &TilePart, position: Vec3, sent: &mut Sent) {
     let [px, py, pz] = &part.points;
     let [nx, ny, nz] = &part.normals;
@@ -300,7 +301,7 @@ fn send(part: &TilePart, position: Vec3, sent: &mut Sent) {
 }
 
 /// What places at infinity send.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn send_distant(part: &TilePart, sent: &mut Sent) {
     let from = part
         .distant
@@ -320,7 +321,7 @@ fn send_distant(part: &TilePart, sent: &mut Sent) {
 }
 
 /// [`TilePart::by_group`].
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn by_group(
     numbers: &Lanes,
     groups: &[u32; LANES],
@@ -333,7 +334,7 @@ fn by_group(
 }
 
 /// [`TilePart::over_density`].
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn over(numbers: &Lanes, density: &Lanes, found: &mut Lanes) {
     for lane in 0..LANES {
         let weight = numbers[lane] / density[lane];
@@ -342,7 +343,7 @@ fn over(numbers: &Lanes, density: &Lanes, found: &mut Lanes) {
 }
 
 /// [`Sent::received`].
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[apply(compiled_for_avx512)]
 fn receive(sent: &Sent, normal: Vec3, received: &mut Lanes) {
     let [x, y, z] = &sent.directions;
     let [red, green, blue] = &sent.irradiance;

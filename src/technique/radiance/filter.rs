@@ -6,10 +6,11 @@
 //! 1024 pixels high, on which they let 1 % and 0.25 % of the path length pass. Differences of colour are Euclidean in
 //! CIE L*a*b*, κ is 1, luminances are exposed.
 
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use super::planes::{PLANES, Plane};
 use crate::entry::{Kind, Setting, parameters};
+use crate::instructions::compiled_for_avx512;
 
 parameters! {
     /// Kernel and edge-stopping of the filter.
@@ -162,10 +163,10 @@ impl Smoothed {
 }
 
 /// Adds one neighbour of each pixel of a run.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn accumulate(run: &Run, scales: &Scales, [centre, other]: [&[f32]; 2], sums: &mut [f32]) {
+#[apply(compiled_for_avx512)]
+fn accumulate(run: &Run, scales: &Scales, features: [&[f32]; 2], sums: &mut [f32]) {
     for first in (0..run.count).step_by(LANES) {
-        add_lanes(run, scales, [centre, other], first, sums);
+        add_lanes(run, scales, features, first, sums);
     }
 }
 

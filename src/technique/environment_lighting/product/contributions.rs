@@ -6,11 +6,13 @@
 //! eight lights at once, in one register where the processor has such, with the same results.
 
 use glam::Vec3;
-use multiversion::multiversion;
+use macro_rules_attribute::apply;
 
 use super::irradiance::Irradiance;
 use super::lights::{Chunk, LANES, LEVELS, Lane, LightArrays, larger};
 use super::terms::{Numbers, Terms};
+
+use crate::instructions::compiled_for_avx2;
 
 /// The uppermost level of chunks.
 const TOP: usize = LEVELS - 1;
@@ -76,7 +78,7 @@ struct Summed {
 type Sums = [[Vec3; 2]; 4];
 
 /// All of [`Contributions::evaluate`] is compiled into this, for each kind of processor.
-#[multiversion(targets("x86_64+avx2"))]
+#[apply(compiled_for_avx2)]
 fn evaluate(
     contributions: &mut Contributions,
     lights: &LightArrays,
