@@ -3,6 +3,7 @@
 mod emit;
 mod even;
 mod guide;
+mod near;
 mod place;
 mod point;
 mod shared;
@@ -17,6 +18,7 @@ pub use tile::{LightTile, Sent, TilePart};
 use glam::Vec3;
 
 use self::guide::Guide;
+use self::near::SphericalTriangle;
 use super::surface::Interaction;
 use crate::image::luminance;
 use crate::sample::Rng;
@@ -50,6 +52,9 @@ struct EmittingTriangle {
     emission: Vec3,
     /// Probability among all lights over the area: density per unit area.
     pdf_area: f32,
+    centre: Vec3,
+    /// Squared distance from the centre within which a position is near.
+    near2: f32,
 }
 
 /// A point of an emitting triangle that shines to a position.
@@ -70,12 +75,40 @@ impl EmittingTriangle {
         self.corner + self.edges[0] * (root * (1.0 - v)) + self.edges[1] * (root * v)
     }
 
+    /// Whether places are spread over directions, not over the area, for a position: see [`near`].
+    fn is_near(&self, position: Vec3) -> bool {
+        position.distance_squared(self.centre) < self.near2
+    }
+
     /// The same, chosen among all lights.
     fn chosen(&self, at: [f32; 2]) -> ChosenPlace {
         ChosenPlace {
             place: LightPlace::Triangle(self.number, at),
             density: self.pdf_area,
         }
+    }
+
+    /// The point that a place in [0, 1)² is for a position: where that is near, one in a direction of its own.
+    fn facing_place(&self, position: Vec3, at: [f32; 2]) -> Option<FacingPoint> {
+        if !self.is_near(position) {
+            return self.facing(position, at);
+        }
+        let [position, corner, normal] = [position, self.corner, self.normal].map(Vec3::as_dvec3);
+        let way = corner - position;
+        let [first, second] = self.edges.map(Vec3::as_dvec3);
+        let height = -way.dot(normal);
+        let seen = SphericalTriangle::of([way, way + first, way + second])?;
+        let direction = seen.direction(at.map(f64::from));
+        let distance = height / -direction.dot(normal);
+        let area = 0.5 * first.cross(second).length();
+        let pdf_sr = (f64::from(self.pdf_area) * area / seen.solid_angle) as f32;
+        let shines = height > 0.0 && distance.is_finite() && distance > 0.0 && pdf_sr > 0.0;
+        shines.then(|| FacingPoint {
+            point: (position + direction * distance).as_vec3(),
+            normal: self.normal,
+            direction: direction.as_vec3(),
+            pdf_sr,
+        })
     }
 
     /// The point at a place in [0, 1)², unless it does not shine to a position.
@@ -177,6 +210,11 @@ impl<'a> Lights<'a> {
                     normal: doubled.normalize_or_zero().as_vec3(),
                     emission: emission.into(),
                     pdf_area: 0.0,
+                    centre: (p0 + p1 + p2) / 3.0,
+                    near2: [p1 - p0, p2 - p1, p0 - p2]
+                        .map(Vec3::length_squared)
+                        .into_iter()
+                        .fold(0.0, f32::max),
                 });
             }
         }
@@ -235,13 +273,21 @@ impl<'a> Lights<'a> {
         from: &Interaction,
         place: [f32; 2],
     ) -> Option<LightSample> {
-        let facing = light.facing(from.position, place)?;
+        self.triangle_sample(light, from, &light.facing(from.position, place)?)
+    }
+
+    fn triangle_sample(
+        &self,
+        light: &EmittingTriangle,
+        from: &Interaction,
+        facing: &FacingPoint,
+    ) -> Option<LightSample> {
         Some(LightSample {
             direction: facing.direction,
             radiance: light.emission,
             pdf_sr: facing.pdf_sr,
             delta: false,
-            shadow_ray: self.shadow_ray(from, &facing)?,
+            shadow_ray: self.shadow_ray(from, facing)?,
         })
     }
 

@@ -6,7 +6,8 @@ use lightbench::scene::{ShapeDescription, ShapeSource, View};
 use lightbench::technique::Shot;
 
 use super::{
-    Built, SIZE, at, cones, direct, found, is_sound, lamp_room, lit_by, mean, point, rmse, room,
+    Built, SIZE, at, cones, direct, found, is_sound, lamp_room, lit_by, luminance, mean, point,
+    rmse, room, seeded,
 };
 
 /// Centres of large texels around the foot of the block lie beneath it, where it is dark.
@@ -127,6 +128,28 @@ fn hard_lights_leave_sound_images() {
             assert!(off.abs() < 0.12, "{what}: {off}");
         }
     }
+}
+
+/// However near texels are to it.
+#[test]
+fn a_wall_is_no_brighter_than_the_emitter_that_touches_it() {
+    let technique = direct();
+    let mut description = lamp_room(0.3, 20.0);
+    let mut glow = at(
+        ShapeDescription::new("glow", ShapeSource::Cube),
+        DMat4::from_translation(DVec3::new(-0.7, 0.2, 0.5)) * DMat4::from_scale(DVec3::splat(0.2)),
+    );
+    glow.emission = Some([3.0; 3]);
+    description.shapes.push(glow);
+    let built = Built::new(&description);
+    let brightest = (0..24).map(|seed| {
+        let mut contender = seeded(technique.as_ref(), "bias = 1.0", seed);
+        let image = built.play(contender.as_mut(), 0..6).image;
+        let pixels = image.pixels.iter().map(|pixel| luminance(*pixel));
+        pixels.fold(0.0, f32::max)
+    });
+    let brightest: Vec<f32> = brightest.collect();
+    assert!(brightest.iter().all(|most| *most < 3.5), "{brightest:?}");
 }
 
 #[test]

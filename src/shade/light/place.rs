@@ -12,7 +12,8 @@ use crate::trace::Ray;
 /// triangles and per steradian of the environment; lights without extent have probabilities.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightPlace {
-    /// Index into the scene's triangles, and where on it: [0, 1)².
+    /// Index into the scene's triangles, and where on it: [0, 1)², even over its area, or, for surfaces near by, over the
+    /// directions to it. Either way it is a place of the triangle's area that densities are of.
     Triangle(u32, [f32; 2]),
     /// Index into the scene's point and spot lights.
     Point(u32),
@@ -49,7 +50,7 @@ pub struct Arriving {
 }
 
 /// What a place on a light sends to a surface, without the way between them: see [`Arriving`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Unshadowed {
     /// Unit, towards the light.
     pub direction: Vec3,
@@ -121,7 +122,7 @@ impl Lights<'_> {
             LightPlace::Triangle(number, at) => {
                 let shape = *self.scene.triangle_shape.get(number as usize)?;
                 let light = self.triangle_of_shape(shape, number)?;
-                let facing = light.facing(from.position, at)?;
+                let facing = light.facing_place(from.position, at)?;
                 Some(Unshadowed {
                     direction: facing.direction,
                     irradiance: light.emission * (light.pdf_area / facing.pdf_sr),
@@ -163,7 +164,8 @@ impl Lights<'_> {
             LightPlace::Triangle(number, at) => {
                 let shape = *self.scene.triangle_shape.get(number as usize)?;
                 let light = self.triangle_of_shape(shape, number)?;
-                let mut sample = self.sample_triangle(light, from, at)?;
+                let facing = light.facing_place(from.position, at)?;
+                let mut sample = self.triangle_sample(light, from, &facing)?;
                 // The density of directions is that of the place over this factor.
                 sample.radiance *= light.pdf_area / sample.pdf_sr;
                 sample

@@ -26,6 +26,9 @@ pub struct TilePart {
     /// Points of emitting triangles.
     points: VectorLanes,
     normals: VectorLanes,
+    /// Their triangles' centres, and squared distances from there within which surfaces are near; zero of other lights.
+    centres: VectorLanes,
+    near2: Lanes,
     /// Radiance of emitting triangles; zero of other lights.
     emission: VectorLanes,
     /// Which places are at infinity, and what these send, whatever the surface; no irradiance of the others.
@@ -113,6 +116,8 @@ impl Default for TilePart {
             density: [0.0; LANES],
             points: [[0.0; LANES]; 3],
             normals: [[0.0; LANES]; 3],
+            centres: [[0.0; LANES]; 3],
+            near2: [0.0; LANES],
             emission: [[0.0; LANES]; 3],
             is_distant: [false; LANES],
             distant: Sent::default(),
@@ -145,6 +150,8 @@ impl TilePart {
         if let Some(light) = lights.triangle_for(choice) {
             set(&mut self.points, lane, light.point(at));
             set(&mut self.normals, lane, light.normal);
+            set(&mut self.centres, lane, light.centre);
+            self.near2[lane] = light.near2;
             set(&mut self.emission, lane, light.emission);
             self.place(lane, lights, light.chosen(at));
         } else if let Some(chosen) = lights.choose_at(choice, at) {
@@ -199,6 +206,12 @@ impl TilePart {
         if self.is_distant != [false; LANES] {
             send_distant(self, sent);
         }
+        if is_near_any(self, from.position) {
+            for lane in (0..LANES).filter(|lane| self.is_near(*lane, from.position)) {
+                let light = lights.unshadowed(&self.places[lane], from);
+                sent.put(lane, &light.unwrap_or_default());
+            }
+        }
         for &lane in &self.point_lights {
             if let Some(light) = lights.unshadowed(&self.places[lane], from) {
                 sent.put(lane, &light);
@@ -206,8 +219,14 @@ impl TilePart {
         }
     }
 
+    /// Whether a place is on a triangle that a position is near.
+    fn is_near(&self, lane: usize, position: Vec3) -> bool {
+        position.distance_squared(get(&self.centres, lane)) < self.near2[lane]
+    }
+
     fn arriving(&self, lane: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
-        if !matches!(self.places[lane], LightPlace::Triangle(..)) {
+        let is_triangle = matches!(self.places[lane], LightPlace::Triangle(..));
+        if !is_triangle || self.is_near(lane, from.position) {
             return lights.arriving(&self.places[lane], from);
         }
         let [point, normal] = [&self.points, &self.normals].map(|lanes| get(lanes, lane));
@@ -300,6 +319,22 @@ fn send(part: &TilePart, position: Vec3, sent: &mut Sent) {
     }
 }
 
+/// Whether a position is near one of the triangles.
+#[apply(compiled_for_avx512)]
+fn is_near_any(part: &TilePart, position: Vec3) -> bool {
+    let [cx, cy, cz] = &part.centres;
+    let mut any = false;
+    for lane in 0..LANES {
+        let (x, y, z) = (
+            cx[lane] - position.x,
+            cy[lane] - position.y,
+            cz[lane] - position.z,
+        );
+        any |= x * x + y * y + z * z < part.near2[lane];
+    }
+    any
+}
+
 /// What places at infinity send.
 #[apply(compiled_for_avx512)]
 fn send_distant(part: &TilePart, sent: &mut Sent) {
@@ -356,124 +391,4 @@ fn receive(sent: &Sent, normal: Vec3, received: &mut Lanes) {
 }
 
 #[cfg(test)]
-mod tests {
-    use glam::{DMat4, DVec3};
-
-    use super::*;
-    use crate::environment::EnvironmentDescription;
-    use crate::scene::{
-        LightKind, Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View,
-    };
-    use crate::shade::PathTracer;
-    use crate::trace::{Hit, Tracer};
-
-    /// A floor under a round lamp, a point light, parallel light and a sky.
-    fn scene() -> Scene {
-        let mut floor = ShapeDescription::new("floor", ShapeSource::Rectangle);
-        floor.to_world = DMat4::from_scale(DVec3::splat(4.0));
-        let ball = ShapeSource::Sphere {
-            centre: DVec3::new(0.5, 0.2, 1.0),
-            radius: 0.3,
-        };
-        let mut lamp = ShapeDescription::new("lamp", ball);
-        lamp.emission = Some([20.0, 15.0, 10.0]);
-        let eye = [DVec3::Z * 5.0, DVec3::ZERO, DVec3::Y];
-        let lights = [
-            LightKind::Point {
-                position: DVec3::new(-1.0, 0.0, 1.0),
-                intensity: [2.0; 3],
-            },
-            LightKind::Directional {
-                direction: DVec3::NEG_Z,
-                irradiance: [1.0; 3],
-            },
-        ];
-        let description = SceneDescription {
-            views: vec![View::look_at("v", eye, 60.0, [8, 8])],
-            materials: vec![Material::diffuse("grey", [0.5; 3])],
-            shapes: vec![floor, lamp],
-            lights: lights.into_iter().map(Into::into).collect(),
-            environment: Some(EnvironmentDescription::Constant {
-                radiance: [0.3, 0.4, 0.5],
-            }),
-            ..SceneDescription::default()
-        };
-        Scene::build(&description, Needs::ALL).expect("a scene")
-    }
-
-    #[test]
-    fn a_tile_is_one_place_after_another_bit_for_bit() {
-        let scene = scene();
-        let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let paths = PathTracer::new(&scene, &tracer);
-        let lights = paths.lights();
-        let show = |found: &dyn std::fmt::Debug| format!("{found:?}");
-        for (place, count) in [(0.1, 100), (0.4, LANES), (0.7, 1), (0.2, 0)] {
-            let hit = Hit {
-                t: 1.0,
-                u: place,
-                v: 0.2,
-                triangle: 0,
-            };
-            let at = paths.surfaces().interact(&hit, Vec3::NEG_Z);
-            let tile = LightTile::new(lights, count, &mut Rng::new(7, 0, 0, 0));
-            assert_eq!(tile.count(), count);
-            assert_eq!(tile.parts().len(), count.div_ceil(LANES));
-            let mut rng = Rng::new(7, 0, 0, 0);
-            let offset = rng.next_f64();
-            let (mut sent, mut lit) = (Sent::default(), 0);
-            for number in 0..count {
-                let choice = (number as f64 + offset) / count as f64;
-                let chosen = lights.choose(choice, &mut rng).expect("something shines");
-                let (part, lane) = (&tile.parts()[number / LANES], number % LANES);
-                part.send(lights, &at, &mut sent);
-                let found = Some(sent.at(lane)).filter(|light| light.irradiance != Vec3::ZERO);
-                let expected = lights.unshadowed(&chosen.place, &at);
-                assert_eq!(show(&found), show(&expected));
-                assert_eq!(part.density()[lane], chosen.density);
-                let expected = lights.arriving(&chosen.place, &at);
-                assert_eq!(show(&tile.arriving(number, lights, &at)), show(&expected));
-                let is_triangle = matches!(chosen.place, LightPlace::Triangle(..));
-                lit += u32::from(is_triangle && found.is_some());
-                let normal = Vec3::new(0.6, 0.0, 0.8);
-                let received = sent.received(normal)[lane];
-                let expected = sent.each(|light| {
-                    let cosine = light.direction.dot(normal).max(0.0);
-                    cosine * luminance(light.irradiance.into())
-                })[lane];
-                assert!((received - expected).abs() <= 1e-6 * expected, "{received}");
-            }
-            let density = tile.parts().iter().flat_map(|part| part.density());
-            assert_eq!(density.filter(|density| **density > 0.0).count(), count);
-            assert!(count < 100 || (5..60).contains(&lit), "{lit}");
-        }
-    }
-
-    #[test]
-    fn a_tile_of_the_environment_holds_all_of_its_light_and_no_other() {
-        let scene = scene();
-        let tracer = Tracer::new(&scene.positions, &scene.triangles);
-        let paths = PathTracer::new(&scene, &tracer);
-        let lights = paths.lights();
-        let hit = Hit {
-            t: 1.0,
-            u: 0.3,
-            v: 0.3,
-            triangle: 0,
-        };
-        let at = paths.surfaces().interact(&hit, Vec3::NEG_Z);
-        let tile = LightTile::of_environment(lights, 40, &mut Rng::new(3, 0, 0, 0));
-        let (mut sent, mut sum) = (Sent::default(), Vec3::ZERO);
-        for part in tile.parts() {
-            part.send(lights, &at, &mut sent);
-            for (lane, density) in part.density().iter().enumerate() {
-                if *density > 0.0 {
-                    assert!(matches!(part.places()[lane], LightPlace::Environment(_)));
-                    sum += sent.at(lane).irradiance / *density;
-                }
-            }
-        }
-        let all = Vec3::new(0.3, 0.4, 0.5) * 4.0 * std::f32::consts::PI;
-        assert!((sum / 40.0 - all).abs().max_element() < 0.01, "{sum} {all}");
-    }
-}
+mod tests;

@@ -2,9 +2,10 @@
 //! casts shadow rays for the few samples that are left.
 //!
 //! What is reused is a *place on a light* ([`crate::shade::LightPlace`]): the lights of all kinds and the environment are
-//! treated alike, and reuse needs no Jacobian, because densities of places do not depend on the surface. The target is the
-//! luminance of what the place would add without shadows. A pass goes over the pixels of a shot stage by stage (`pass`);
-//! each viewer has its own reservoirs (`history`); `settings` has the variants.
+//! treated alike, and reuse needs no Jacobian, because densities of places do not depend on the surface (near a triangle, a
+//! place is a direction to it, and its density still that of the area). The target is the luminance of what the place would add
+//! without shadows. A pass goes over the pixels of a shot stage by stage (`pass`); each viewer has its own reservoirs
+//! (`history`); `settings` has the variants.
 //!
 //! **Motion.** A surface is looked for where its point was one frame earlier. The surface that was there then is carried
 //! along with what moves, and what it could have drawn is asked of it in the present scene: exact while nothing moves.
@@ -42,7 +43,7 @@ pub const ABOUT_BIASED: About = About {
     summary: "light samples resampled over pixels and frames, biased: 32 candidates, 5 neighbours in 2 rounds",
     source: "Bitterli et al. 2020, algorithms 3 to 5",
     bias: Bias::Biased,
-    version: 1,
+    version: 2,
     failures: &[
         "too dark where neighbours or the frame before saw what the surface does not",
         "errors of neighbours are alike, which shows as blotches and flickers",
@@ -60,7 +61,7 @@ pub const ABOUT_UNBIASED: About = About {
     summary: "light samples resampled over pixels and frames, unbiased: 32 candidates, 3 neighbours, weights with shadow rays",
     source: "Bitterli et al. 2020, algorithm 6 with weights of multiple importance sampling",
     bias: Bias::Unbiased,
-    version: 1,
+    version: 2,
     failures: &[
         "unbiased while nothing moves: what a surface could have drawn in the frame before is asked in the present scene",
         "errors of neighbours are alike, which shows as blotches and flickers",
@@ -77,7 +78,7 @@ pub const ABOUT_RTXDI: About = About {
     summary: "light samples resampled over pixels and frames, with settings like the RTXDI library's defaults",
     source: "Bitterli et al. 2020; defaults of NVIDIA's RTXDI library, ReSTIRDI.cpp",
     bias: Bias::Biased,
-    version: 2,
+    version: 3,
     failures: &[
         "weights do not see shadows: biased at their edges",
         "one sample a pixel: noisy under few large lights",

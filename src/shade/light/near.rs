@@ -1,0 +1,103 @@
+//! A triangle as it is seen from nearby: places on it that are spread evenly over the directions to them (Arvo 1995, "Stratified
+//! sampling of spherical triangles"). Spread over its area, those next to a surface that the triangle touches would send it any
+//! number of times the light that it shines with.
+
+use glam::DVec3;
+
+/// Solid angle, steradians, below which a triangle is not seen at all.
+const LEAST_SOLID_ANGLE: f64 = 1e-9;
+
+/// A triangle on the unit sphere around a position.
+pub(super) struct SphericalTriangle {
+    corners: [DVec3; 3],
+    /// Angle at the first corner, radians.
+    angle: f64,
+    /// Steradians.
+    pub solid_angle: f64,
+}
+
+impl SphericalTriangle {
+    /// Of the ways to three corners; `None` where they lead into one plane, or nowhere.
+    pub fn of(ways: [DVec3; 3]) -> Option<Self> {
+        let corners = ways.map(DVec3::normalize_or_zero);
+        let [a, b, c] = corners;
+        // Normals of the planes of its sides.
+        let sides = [a.cross(b), b.cross(c), c.cross(a)].map(DVec3::normalize_or_zero);
+        let [ab, bc, ca] = sides;
+        let at = |before: DVec3, after: DVec3| before.angle_between(-after);
+        let angles = [at(ca, ab), at(ab, bc), at(bc, ca)];
+        let solid_angle = angles.iter().sum::<f64>() - std::f64::consts::PI;
+        let is_seen = solid_angle > LEAST_SOLID_ANGLE && !sides.contains(&DVec3::ZERO);
+        is_seen.then_some(Self {
+            corners,
+            angle: angles[0],
+            solid_angle,
+        })
+    }
+
+    /// The unit direction at a place in [0, 1)²: areas become solid angles.
+    pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let [a, b, c] = self.corners;
+        // The part of the triangle up to a side from `b` to a point of the side between `a` and `c`.
+        let (sin, cos) = (u * self.solid_angle - self.angle).sin_cos();
+        let (sin_angle, cos_angle) = self.angle.sin_cos();
+        let x = cos - cos_angle;
+        let y = sin + sin_angle * a.dot(b);
+        let along = ((y * cos - x * sin) * cos_angle - y) / ((y * sin + x * cos) * sin_angle);
+        let along = if along.is_finite() { along } else { 1.0 };
+        let third = towards(a, c, along.clamp(-1.0, 1.0));
+        towards(b, third, 1.0 - v * (1.0 - third.dot(b)))
+    }
+}
+
+/// The point whose angle with `from` has this cosine, on the great circle through another.
+fn towards(from: DVec3, other: DVec3, cosine: f64) -> DVec3 {
+    let across = (other - from * other.dot(from)).normalize_or_zero();
+    from * cosine + across * (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::Rng;
+
+    #[test]
+    fn an_octant_has_its_solid_angle_and_directions_are_even_in_it() {
+        let octant = SphericalTriangle::of([DVec3::X * 3.0, DVec3::Y, DVec3::Z * 0.2]);
+        let octant = octant.expect("is seen");
+        assert!((octant.solid_angle - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        let mut rng = Rng::new(1, 2, 3, 4);
+        let count = 100_000;
+        let mut mean = DVec3::ZERO;
+        let mut below = 0;
+        for _ in 0..count {
+            let direction = octant.direction([rng.next_f64(), rng.next_f64()]);
+            assert!(direction.min_element() > -1e-9 && direction.is_normalized());
+            mean += direction / f64::from(count);
+            below += u32::from(direction.z < 0.3);
+        }
+        // Of an octant the mean of each coordinate is a half, and heights are even (Archimedes).
+        assert!((mean - 0.5).abs().max_element() < 0.005, "{mean}");
+        assert!(
+            (f64::from(below) / f64::from(count) - 0.3).abs() < 0.006,
+            "{below}"
+        );
+    }
+
+    #[test]
+    fn slivers_and_triangles_seen_from_their_plane_are_not_seen() {
+        let flat = [DVec3::X, DVec3::Y, DVec3::NEG_ONE.with_z(0.0) * 0.1];
+        for ways in [
+            [DVec3::X, DVec3::X, DVec3::Y],
+            [DVec3::ZERO, DVec3::X, DVec3::Y],
+            [DVec3::X, DVec3::Y, DVec3::X + DVec3::Y],
+        ] {
+            assert!(SphericalTriangle::of(ways).is_none(), "{ways:?}");
+        }
+        // From within: half of all directions, on either side.
+        let around = SphericalTriangle::of(flat);
+        assert!(
+            around.is_none_or(|seen| (seen.solid_angle - 2.0 * std::f64::consts::PI).abs() < 1e-6)
+        );
+    }
+}
