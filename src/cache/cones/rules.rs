@@ -94,6 +94,11 @@ parameters! {
         /// Standard deviations by which what the last updates brought must differ from the light of an entry for it to have
         /// changed; 1000 never.
         pub surprise: f32 = 1.0, Within(0.0, 1000.0);
+        /// How much of what the last updates brought is the newest one.
+        pub recent: f32 = 0.25, Within(0.01, 1.0);
+        /// Variance that is put down to chance: the light of an entry times that of its brightest sample, times this, as the
+        /// number of samples is known from a few updates only.
+        pub seldom: f32 = 2.0, AtLeast(0.0);
         /// ε: where the edge of a cone is tested for light, as a part of its half angle.
         pub edge: f32 = 0.1, Within(0.0, 1.0);
         /// How far a cone without light at its edge shrinks.

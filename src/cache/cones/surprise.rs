@@ -9,19 +9,14 @@ use crate::image::luminance;
 /// What the last updates brought, as luminance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Watch {
-    /// Their mean, which forgets a quarter in each update.
+    /// Their mean, of which the newest one is [`super::Rules::recent`].
     pub recent: f32,
     /// Standard deviation of an update from it.
     pub spread: f32,
 }
 
-/// How much of `recent` is the newest update.
-const RECENT: f32 = 0.25;
 /// How much of `spread` is the newest update, at least.
 const SPREAD: f32 = 0.125;
-/// The variance of samples of equal light that arrive by chance is at most their light times that of one of them; this many
-/// times it, as their number is known from a few updates only.
-const SELDOM: f32 = 2.0;
 /// Updates before there is anything to compare with.
 const FIRST: f32 = 2.0;
 /// A spread below this part of the light is taken for that much: some updates are equal by chance.
@@ -41,15 +36,17 @@ impl Update<'_> {
             return;
         }
         let weight = self.rules.weight_of(self.samples);
-        // Of samples that arrive seldom most updates say nothing of how far the others spread.
-        let seldom = (SELDOM * before * self.largest).sqrt();
+        // Of samples that arrive seldom most updates say nothing of how far the others spread. The variance of samples of
+        // equal light that arrive by chance is at most their light times that of one of them.
+        let seldom = (self.rules.seldom * before * self.largest).sqrt();
         let least = seldom.max(LEAST_SPREAD * before.max(watch.recent));
         let spread = watch.spread.max(least);
         let mut distance = (now - watch.recent).abs();
-        watch.recent += (now - watch.recent) * RECENT;
+        watch.recent += (now - watch.recent) * self.rules.recent;
         let apart = (watch.recent - before).abs();
         // What is left of the variance of an update in either mean.
-        let left = RECENT / (2.0 - RECENT) + weight / count;
+        let recent = self.rules.recent;
+        let left = recent / (2.0 - recent) + weight / count;
         let by_chance = self.rules.surprise * spread * left.sqrt();
         if count >= FIRST * weight && apart > by_chance {
             self.lowered = true;

@@ -85,8 +85,6 @@ pub struct Block<'a> {
     pub key: BlockKey,
     /// Texels that are asked for.
     pub asked: u64,
-    /// Texels that nobody asked for when something changed: see [`Blocks::miss`].
-    pub missed: u64,
     /// Where its texels lie on the surface.
     pub points: &'a [SurfacePoint],
     /// Contents of all texels, and behind them those of the block as a whole.
@@ -259,7 +257,6 @@ impl Blocks {
                 let block = Block {
                     key,
                     asked: slot.asked,
-                    missed: slot.missed,
                     points,
                     words,
                 };
@@ -280,10 +277,18 @@ impl Blocks {
         slots.for_each(|slot| slot.missed |= !slot.asked);
     }
 
-    /// Texels that this frame asks for have taken in what they missed.
-    pub fn catch_up(&mut self) {
+    /// Texels that this frame asks for catch up with what they missed, by holding nothing any more where `forgetting`.
+    pub fn catch_up(&mut self, forgetting: bool) {
+        let size = self.layout.texel;
         let slots = self.slots.par_iter_mut().with_min_len(1024);
-        slots.for_each(|slot| slot.missed &= !slot.asked);
+        slots.zip(&mut self.contents).for_each(|(slot, contents)| {
+            let late = slot.missed & slot.asked;
+            slot.missed &= !slot.asked;
+            if forgetting {
+                let late = (0..BLOCK_TEXELS).filter(|index| late >> index & 1 == 1);
+                late.for_each(|index| contents.words[index * size..][..size].fill(0));
+            }
+        });
     }
 
     /// Whether a texel has missed a change.

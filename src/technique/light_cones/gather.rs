@@ -61,8 +61,6 @@ impl Tally {
 
 /// Keys the random numbers of updates.
 const STREAM: u64 = 0x636f_6e65_7570;
-/// Part of a cone's mean radiance that the environment must have where the cone is tested.
-const BRIGHT_SKY: f32 = 0.01;
 
 impl Gathering<'_> {
     /// Updates every texel that this frame asks for.
@@ -101,21 +99,12 @@ impl Gathering<'_> {
                 },
                 frame,
             };
-            let entry = match self.is_outdated(block.missed >> index & 1 == 1) {
-                true => Entry::default(),
-                false => self.storage.read(words),
-            };
+            let entry = self.storage.read(words);
             let entry = self.updated(caster, &texel, entry, &mut hidden, &mut rng, &mut tally);
             tally.too_bright += u64::from(self.storage.is_too_bright(&entry));
             self.storage.write(&entry, words);
         }
         tally
-    }
-
-    /// Whether an entry is of another scene, by whether its texel missed a change. While things change, and some frames
-    /// after, entries are watched instead: they are not far from what they should be.
-    pub fn is_outdated(&self, has_missed: bool) -> bool {
-        has_missed && !self.restless
     }
 
     /// Whether the light of an entry is at rest.
@@ -243,7 +232,7 @@ impl Gathering<'_> {
         let Some(hit) = caster.closest(&lights.spawn(at, direction)) else {
             let mean = luminance(cone.light.into()) / cone.solid_angle();
             let sky = luminance(lights.environment(direction).into());
-            return sky > 0.0 && sky >= BRIGHT_SKY * mean;
+            return sky > 0.0 && sky >= self.parameters.bright_sky * mean;
         };
         self.shines(&hit)
             && lights.emitted(&self.shot.paths.surfaces().interact(&hit, direction)) != Vec3::ZERO

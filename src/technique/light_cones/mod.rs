@@ -15,8 +15,8 @@
 //! candidates of which each frame draws sets for all texels; an entry
 //! counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which
 //! lowers the count, brings the rays back; so does a change of the scene (`motion`), and a texel that nobody asked for when
-//! something changed begins anew when it is seen again. In texels of a shape that turns, cones
-//! turn with it (`orientation`).
+//! something changed begins anew when it is seen again. In texels of a shape that turns, cones turn with it
+//! (`orientation`).
 
 mod charts;
 mod cut_off;
@@ -57,7 +57,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 10,
+        version: 11,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
@@ -221,6 +221,12 @@ impl LightCones {
             if self.parameters.motion == Motion::Scene && stillness.frames == 0 {
                 blocks.miss();
             }
+            // While things change, and some frames after, entries are watched: they are not far from what they should be.
+            // What returns soon after a change is watched for long enough, what returns later begins anew.
+            let rests = !gathering.restless;
+            if rests || 2 * stillness.frames <= self.parameters.first_updates {
+                blocks.catch_up(rests);
+            }
             asked
         });
         let counter = RayCounter::default();
@@ -235,13 +241,7 @@ impl LightCones {
             false => 0,
         };
         let tally = rendered.stages.time("update", || {
-            let tally = gathering.update(&mut surfaces.blocks, &counter);
-            // What returns soon after a change is watched for long enough; what returns later has begun anew.
-            if !gathering.restless || 2 * surfaces.stillness.frames <= self.parameters.first_updates
-            {
-                surfaces.blocks.catch_up();
-            }
-            tally
+            gathering.update(&mut surfaces.blocks, &counter)
         });
         rendered.rays += counter.read();
         rendered.non_finite += tally.non_finite;

@@ -105,6 +105,8 @@ parameters! {
         pub calm_samples: u32 = 1, Within(1.0, 65536.0);
         /// Tests of cones of entries at rest.
         pub calm_tests: CalmTests = CalmTests::One;
+        /// Part of a cone's mean radiance that the environment must have at its edge to count as light there.
+        pub bright_sky: f32 = 0.01, Within(0.0, 1.0);
         /// Directions of each cone that are put into the material.
         pub shading_samples: u32 = 16, Within(1.0, 4096.0);
         /// What becomes of those below the surface.
@@ -113,6 +115,8 @@ parameters! {
         pub orientation: Orientation = Orientation::Surface;
         /// Whether new texels begin with the cones of the next coarser or finer one.
         pub reuse: bool = true;
+        /// Part of their count that those keep.
+        pub reused_count: f32 = 0.5, Within(0.0, 1.0);
         /// Whether entries are kept in the 286 bits of the paper and 24 that tell changes; light above 131,064 is cut off.
         pub compressed: bool = false;
         /// Blocks of 8 × 8 texels at most; what finds no room is lit by as many lights as a texel would sample.

@@ -8,7 +8,7 @@ use crate::cache::cones::Entry;
 use crate::cache::surface::{BLOCK_TEXELS, LEVELS, Texel};
 
 impl Gathering<'_> {
-    /// Gives texels that are asked for and hold nothing the cones of another level, with half their count: the next
+    /// Gives texels that are asked for and hold nothing the cones of another level, with a part of their count: the next
     /// coarser level, or else the next finer one. Returns how many.
     pub fn reuse(&self, surfaces: &mut Surfaces) -> u64 {
         let asked: Vec<_> = surfaces.blocks.asked().collect();
@@ -51,7 +51,7 @@ impl Gathering<'_> {
             let other = surfaces.grid.nearest(surface, place, level);
             let (source, words) = surfaces.blocks.texel(other)?;
             let entry = self.storage.read(words);
-            let is_outdated = self.is_outdated(surfaces.blocks.has_missed(other));
+            let is_outdated = !self.restless && surfaces.blocks.has_missed(other);
             (entry.count > 0.0 && !is_outdated).then_some((source, entry))
         })?;
         let frame = |triangle| {
@@ -64,7 +64,7 @@ impl Gathering<'_> {
         };
         let (from, to) = (frame(source.triangle), frame(point.triangle));
         let mut entry = entry.carried(|axis| to.to_local(from.to_world(axis)).normalize());
-        entry.count = (0.5 * entry.count).max(1.0);
+        entry.count = (self.parameters.reused_count * entry.count).max(1.0);
         Some(entry)
     }
 }

@@ -158,3 +158,25 @@ fn a_texel_begins_once_and_keeps_the_point_it_was_moved_to() {
     assert!(pool.begins(moved));
     assert_ne!(pool.texel(moved).map(|(point, _)| point), Some(point));
 }
+
+#[test]
+fn what_missed_a_change_is_forgotten_where_it_is_asked_for_at_rest() {
+    let charts = charts();
+    let texel = |block: u32| GRID.nearest(FLOOR, Vec2::new((8 * block + 2) as f32, 3.0), 0);
+    for forgetting in [false, true] {
+        let mut pool = pool(3, 100);
+        pool.begin(&row([0, 1]), &charts, &GRID);
+        for block in [0, 1] {
+            pool.texel_mut(texel(block)).expect("there").fill(7);
+        }
+        // Nobody looks at the second one when something changes.
+        pool.begin(&row([0]), &charts, &GRID);
+        pool.miss();
+        assert_eq!([0, 1].map(|b| pool.has_missed(texel(b))), [false, true]);
+        pool.begin(&row([0, 1]), &charts, &GRID);
+        pool.catch_up(forgetting);
+        assert!(!pool.has_missed(texel(0)) && !pool.has_missed(texel(1)));
+        let words = [0, 1].map(|b| pool.texel(texel(b)).expect("there").1[0]);
+        assert_eq!(words, [7, if forgetting { 0 } else { 7 }]);
+    }
+}
