@@ -33,7 +33,8 @@ pub struct Config {
     /// Frames and viewers; without it each scene is one still picture.
     #[serde(default)]
     pub sequence: Option<SequenceSpec>,
-    /// Camera paths, lights, shapes and motions that each scene has besides its own, as in scene files.
+    /// Camera paths, lights, shapes and motions that each scene has besides its own, as in scene files; with a list `scenes`
+    /// only the scenes of these names or labels.
     #[serde(default)]
     pub path: Vec<toml::Table>,
     /// Lights without extent, each as `[[light]]` of a scene file.
@@ -200,6 +201,17 @@ pub struct SceneChoice {
     /// scaling), with metres per unit declared to match.
     #[serde(default)]
     pub transform: Option<SceneTransform>,
+}
+
+impl SceneChoice {
+    /// What `scenes` of a `[[shape]]` and the like may call it.
+    pub fn names(&self) -> Vec<&str> {
+        let label = self.label.as_deref();
+        [Some(self.name.as_str()), label]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
 }
 
 /// A similarity applied to a whole scene.

@@ -40,25 +40,45 @@ pub struct Additions {
 }
 
 impl Additions {
-    /// Those of a config, if it has any.
-    fn of(config: &Config, source: &Source) -> Option<Self> {
-        let parts = [
+    /// Those of a scene of a config, if it has any.
+    ///
+    /// # Errors
+    /// One that is for a scene which the config does not have.
+    fn of(
+        config: &Config,
+        source: &Source,
+        choice: &SceneChoice,
+    ) -> Result<Option<Self>, ConfigError> {
+        let kinds = [
             ("path", &config.path),
             ("light", &config.light),
             ("shape", &config.shape),
             ("motion", &config.motion),
         ];
-        let parts = parts.into_iter().filter(|(_, tables)| !tables.is_empty());
-        let all: toml::Table = parts
-            .map(|(key, tables)| {
-                let tables = tables.iter().cloned().map(toml::Value::Table);
-                (key.to_owned(), toml::Value::Array(tables.collect()))
-            })
-            .collect();
-        (!all.is_empty()).then(|| Self {
+        let mut all = toml::Table::new();
+        for (kind, tables) in kinds {
+            let mut of_scene = Vec::new();
+            for (index, table) in tables.iter().enumerate() {
+                let mut table = table.clone();
+                if let Some(toml::Value::Array(names)) = table.remove("scenes") {
+                    let names: Vec<&str> = names.iter().filter_map(|name| name.as_str()).collect();
+                    refuse_unknown(config, &names).map_err(|message| {
+                        source.error(&[kind, &index.to_string(), "scenes"], message)
+                    })?;
+                    if !names.iter().any(|name| choice.names().contains(name)) {
+                        continue;
+                    }
+                }
+                of_scene.push(toml::Value::Table(table));
+            }
+            if !of_scene.is_empty() {
+                all.insert(kind.into(), toml::Value::Array(of_scene));
+            }
+        }
+        Ok((!all.is_empty()).then(|| Self {
             text: all.to_string(),
             file: source.file.clone(),
-        })
+        }))
     }
 
     /// They are read with their places in the config's text, which overrides and sweeps do not change.
@@ -82,7 +102,7 @@ impl Additions {
     /// # Errors
     /// Those of a scene file, at a place in the additions.
     pub fn add_to(&self, description: &mut SceneDescription) -> Result<(), SceneError> {
-        description.add(&self.text, &self.file)
+        description.add(&self.text, &self.file, &[])
     }
 }
 
@@ -115,7 +135,7 @@ pub(super) fn find_scenes<'a>(
         }
         description.max_depth = edges;
     }
-    let additions = Additions::of(config, source);
+    let additions = Additions::of(config, source, choice)?;
     let own_name = choice.label.clone();
     let scene = FoundScene {
         source,
@@ -142,10 +162,23 @@ pub(super) fn find_scenes<'a>(
     };
     for scene in scenes.iter_mut().filter(|scene| scene.additions.is_some()) {
         // From the text of the config, so that errors tell the place there. Under the map, which a motion may turn.
-        let added = scene.description.add(&source.text, &source.file);
+        let names = choice.names();
+        let added = scene.description.add(&source.text, &source.file, &names);
         added.map_err(|error| ConfigError::Other(error.to_string()))?;
     }
     Ok(scenes)
+}
+
+/// Refuses names that no scene of a config has.
+fn refuse_unknown(config: &Config, names: &[&str]) -> Result<(), String> {
+    let known: Vec<&str> = config.scene.iter().flat_map(SceneChoice::names).collect();
+    match names.iter().find(|name| !known.contains(name)) {
+        Some(name) => Err(format!(
+            "scenes: no [[scene]] is called `{name}`{}",
+            hint(name, &known)
+        )),
+        None => Ok(()),
+    }
 }
 
 /// A scene by its name, or the one that stands in for it.

@@ -39,6 +39,12 @@ pub(super) struct Keys<'a> {
     asked: RefCell<Vec<&'static str>>,
 }
 
+/// An item of a list of names.
+pub(super) struct Name<'a> {
+    pub name: &'a str,
+    pub item: &'a Spanned<DeValue<'a>>,
+}
+
 impl<'a> Keys<'a> {
     pub fn new(
         source: &'a Source<'a>,
@@ -119,6 +125,21 @@ impl<'a> Keys<'a> {
                 _ => Err(self.wrong(key, v, "a string")),
             })
             .transpose()
+    }
+
+    /// A list of names, each with its place.
+    pub fn names(&self, key: &'static str) -> Result<Option<Vec<Name<'a>>>, SceneError> {
+        let Some(value) = self.get(key) else {
+            return Ok(None);
+        };
+        let items = value.get_ref().as_array();
+        let items = items.ok_or_else(|| self.wrong(key, value, "a list of names"))?;
+        let names = items.iter().map(|item| {
+            let name = item.get_ref().as_str();
+            let name = name.ok_or_else(|| self.wrong(key, item, "a name"))?;
+            Ok(Name { name, item })
+        });
+        names.collect::<Result<_, _>>().map(Some)
     }
 
     pub fn boolean(&self, key: &'static str, default: bool) -> Result<bool, SceneError> {

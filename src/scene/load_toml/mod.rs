@@ -56,11 +56,12 @@ pub(super) fn parse_toml(
 
 impl SceneDescription {
     /// Adds the `[[shape]]`, `[[light]]`, `[[path]]` and `[[motion]]` of a text, such as a config has, to the scene.
-    /// Names of files are relative to the folder of `file`. Other keys are not looked at.
+    /// Names of files are relative to the folder of `file`. What has a list `scenes` is added if one of `names` is in it.
+    /// Other keys are not looked at.
     ///
     /// # Errors
     /// As for scene files, at a place in `text`.
-    pub fn add(&mut self, text: &str, file: &Path) -> Result<(), SceneError> {
+    pub fn add(&mut self, text: &str, file: &Path, names: &[&str]) -> Result<(), SceneError> {
         let root = parse(text, file)?;
         let source = Source { file, text };
         let keys = Keys::new(&source, root.get_ref(), 0..0, "the config");
@@ -69,7 +70,7 @@ impl SceneDescription {
             texture_names: Vec::new(),
             scene: std::mem::take(self),
         };
-        let added = loader.additions(&keys);
+        let added = loader.additions(&keys, Some(names));
         *self = loader.scene;
         added
     }
@@ -112,26 +113,26 @@ impl Loader {
         self.textures(keys)?;
         self.materials(keys)?;
         self.environment(keys)?;
-        self.additions(keys)?;
+        self.additions(keys, None)?;
         if self.scene.shapes.is_empty() {
             return Err(keys.error("the scene needs at least one [[shape]]"));
         }
         keys.finish()
     }
 
-    /// What a config may add to a scene as well.
-    fn additions(&mut self, keys: &Keys) -> Result<(), SceneError> {
-        for mut table in keys.tables("shape")? {
+    /// What a config may add to a scene as well: to all, or to those of some names.
+    fn additions(&mut self, keys: &Keys, scene: Option<&[&str]>) -> Result<(), SceneError> {
+        for mut table in of_scene(keys, "shape", scene)? {
             let shape = self.shape(&mut table)?;
             self.add_shape(shape, &table)?;
         }
-        for mut table in keys.tables("light")? {
+        for mut table in of_scene(keys, "light", scene)? {
             self.light(&mut table)?;
         }
-        for mut table in keys.tables("path")? {
+        for mut table in of_scene(keys, "path", scene)? {
             self.camera_path(&mut table)?;
         }
-        for mut table in keys.tables("motion")? {
+        for mut table in of_scene(keys, "motion", scene)? {
             self.motion(&mut table)?;
         }
         Ok(())
@@ -142,6 +143,25 @@ impl Loader {
         let path = keys.required("path", keys.string("path")?)?;
         Ok(self.folder.join(path))
     }
+}
+
+/// The tables under a key that a scene of these names has: those that name it, or no scene.
+fn of_scene<'a>(
+    keys: &Keys<'a>,
+    key: &'static str,
+    scene: Option<&[&str]>,
+) -> Result<Vec<Keys<'a>>, SceneError> {
+    let mut found = Vec::new();
+    for table in keys.tables(key)? {
+        let scenes = match scene {
+            Some(called) => table.names("scenes")?.zip(Some(called)),
+            None => None,
+        };
+        if scenes.is_none_or(|(scenes, called)| scenes.iter().any(|s| called.contains(&s.name))) {
+            found.push(table);
+        }
+    }
+    Ok(found)
 }
 
 #[cfg(test)]

@@ -3,11 +3,9 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
-use toml::Spanned;
-use toml::de::DeValue;
 
 use super::Loader;
-use super::keys::Keys;
+use super::keys::{Keys, Name};
 use crate::scene::SceneError;
 use crate::scene::motion::{KeyedLink, Link, MotionDescription, Placement, Turn};
 use crate::scene::track::{Interpolation, Track};
@@ -113,7 +111,11 @@ fn named(
     things: &[[&str; 2]],
 ) -> Result<Vec<usize>, SceneError> {
     let mut found = BTreeSet::new();
-    for (key, value, name) in names(keys, one, several)? {
+    let one_name = keys.string(one)?.zip(keys.get(one));
+    let one_name = one_name.map(|(name, value)| (one, value, name));
+    let several_names = keys.names(several)?.unwrap_or_default().into_iter();
+    let several_names = several_names.map(|Name { name, item }| (several, item, name));
+    for (key, value, name) in one_name.into_iter().chain(several_names) {
         let called = |i: &usize| things[*i].contains(&name);
         found.extend((0..things.len()).filter(called));
         if !things.iter().any(|thing| thing.contains(&name)) {
@@ -122,31 +124,6 @@ fn named(
         }
     }
     Ok(found.into_iter().collect())
-}
-
-/// A named value and its place.
-type Name<'a> = (&'static str, &'a Spanned<DeValue<'a>>, &'a str);
-
-/// The names under a key for one and a key for several.
-fn names<'a>(
-    keys: &Keys<'a>,
-    one: &'static str,
-    several: &'static str,
-) -> Result<Vec<Name<'a>>, SceneError> {
-    let mut found = Vec::new();
-    if let (Some(name), Some(value)) = (keys.string(one)?, keys.get(one)) {
-        found.push((one, value, name));
-    }
-    if let Some(value) = keys.get(several) {
-        let items = value.get_ref().as_array();
-        let items = items.ok_or_else(|| keys.wrong(several, value, "a list of names"))?;
-        for item in items {
-            let name = item.get_ref().as_str();
-            let name = name.ok_or_else(|| keys.wrong(several, item, "a name"))?;
-            found.push((several, item, name));
-        }
-    }
-    Ok(found)
 }
 
 fn frames(keys: &Keys) -> Result<Vec<Frame>, SceneError> {
