@@ -61,10 +61,8 @@ impl Additions {
             for (index, table) in tables.iter().enumerate() {
                 let mut table = table.clone();
                 if let Some(toml::Value::Array(names)) = table.remove("scenes") {
-                    let names: Vec<&str> = names.iter().filter_map(|name| name.as_str()).collect();
-                    refuse_unknown(config, &names).map_err(|message| {
-                        source.error(&[kind, &index.to_string(), "scenes"], message)
-                    })?;
+                    let at = |message| source.error(&[kind, &index.to_string(), "scenes"], message);
+                    let names = scene_names(config, &names).map_err(at)?;
                     if !names.iter().any(|name| choice.names().contains(name)) {
                         continue;
                     }
@@ -169,16 +167,21 @@ pub(super) fn find_scenes<'a>(
     Ok(scenes)
 }
 
-/// Refuses names that no scene of a config has.
-fn refuse_unknown(config: &Config, names: &[&str]) -> Result<(), String> {
+/// The names of a list, each of which a scene of the config has.
+fn scene_names<'a>(config: &Config, names: &'a [toml::Value]) -> Result<Vec<&'a str>, String> {
     let known: Vec<&str> = config.scene.iter().flat_map(SceneChoice::names).collect();
-    match names.iter().find(|name| !known.contains(name)) {
+    if names.is_empty() {
+        return Err("scenes: expected the name of a [[scene]] at least".into());
+    }
+    let name = |value: &'a toml::Value| match value.as_str() {
+        None => Err(format!("scenes: expected names, found {value}")),
+        Some(name) if known.contains(&name) => Ok(name),
         Some(name) => Err(format!(
             "scenes: no [[scene]] is called `{name}`{}",
             hint(name, &known)
         )),
-        None => Ok(()),
-    }
+    };
+    names.iter().map(name).collect()
 }
 
 /// A scene by its name, or the one that stands in for it.

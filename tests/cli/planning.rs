@@ -371,3 +371,43 @@ fn paths_in_a_config_are_relative_to_it() {
     let output = place.lightbench(&["plan", "there/configs/beside.toml"]);
     assert_eq!(output.code, 0, "{}", output.err);
 }
+
+#[test]
+fn what_a_config_adds_can_be_for_some_of_its_scenes() {
+    let place = Place::new();
+    write_room(&place, ROOM, Some(FLOOR));
+    let scenes = "[[scene]]\nname = \"room\"\nlabel = \"plain\"\n[[scene]]\nname = \"room\"\nlabel = \"ball\"\n";
+    let plain =
+        experiment("ambient-occlusion", "IM").replace("[[scene]]\nname = \"room\"\n", scenes);
+    let ball = |scenes: &str| {
+        format!(
+            "{plain}[[shape]]\n{scenes}name = \"ball\"\nkind = \"sphere\"\nradius = 0.5\n\
+             [[motion]]\n{scenes}shape = \"ball\"\nkeys = [{{ time = 0, translate = [0, 1, 0] }}]\n"
+        )
+    };
+    // Keys of the jobs of both scenes.
+    let planned = |text: &str| {
+        place.write("room.toml", text);
+        let output = place.lightbench(&["plan", "room.toml"]);
+        assert_eq!(output.code, 0, "{}", output.err);
+        let keys = output.out.lines().take(2);
+        let keys = keys.map(|line| line.split(' ').next().unwrap_or_default().to_owned());
+        keys.collect::<Vec<String>>()
+    };
+    let without = planned(&plain);
+    let all = planned(&ball(""));
+    let one = planned(&ball("scenes = [\"ball\"]\n"));
+    assert_eq!(one, [without[0].clone(), all[1].clone()]);
+    assert!(without[0] != all[0] && without[1] != all[1]);
+    assert_eq!(planned(&ball("scenes = [\"room\"]\n")), all);
+    for (scenes, expected) in [
+        ("scenes = [\"bal\"]\n", "room.toml:1"),
+        ("scenes = [\"bal\"]\n", "did you mean `ball`?"),
+        ("scenes = \"ball\"\n", "a list of names"),
+        ("scenes = [1]\n", "expected names, found 1"),
+        ("scenes = []\n", "the name of a [[scene]]"),
+    ] {
+        place.write("room.toml", &ball(scenes));
+        refused(&place, &["plan", "room.toml"], &[expected]);
+    }
+}
