@@ -25,13 +25,15 @@ use crate::sample::Rng;
 use crate::scene::Scene;
 use crate::trace::{Ray, offset_origin};
 
-/// All lights of a scene. A group (triangles, points, parallel, environment) is chosen half by its power
-/// and half evenly, so that a strong light far away cannot starve a lamp; within a group by power.
+/// All lights of a scene. A group (triangles, points, parallel, environment) is chosen half by its power and half evenly, so
+/// that a strong light far away cannot starve a lamp; so is a shape among those that emit; all else by power.
 pub struct Lights<'a> {
     scene: &'a Scene,
     triangles: Vec<EmittingTriangle>,
     /// Running sums of the triangles' power.
     triangle_power: Vec<f64>,
+    /// Running sums of the probabilities with which they are chosen among each other.
+    triangle_chance: Vec<f64>,
     triangle_guide: Guide,
     /// Index of a shape's first entry in `triangles`, for shapes that emit.
     first_of_shape: Vec<Option<u32>>,
@@ -156,6 +158,7 @@ impl<'a> Lights<'a> {
             scene,
             triangles: Vec::new(),
             triangle_power: Vec::new(),
+            triangle_chance: Vec::new(),
             triangle_guide: Guide::default(),
             first_of_shape: vec![None; scene.shapes.len()],
             point_power: Vec::new(),
@@ -163,7 +166,6 @@ impl<'a> Lights<'a> {
             groups: [0.0; 4],
         };
         let area_power = lights.collect_triangles();
-        lights.triangle_guide = Guide::new(&lights.triangle_power);
         let point_power = lights.collect_points();
         let radius = f64::from(scene.diagonal) * 0.5;
         let disk = std::f64::consts::PI * radius * radius;
@@ -177,12 +179,41 @@ impl<'a> Lights<'a> {
             .as_ref()
             .map_or(0.0, |e| e.total_luminance() * disk);
         lights.groups = mix([area_power, point_power, parallel, sky]);
-        let share = lights.groups[0] / area_power;
-        for triangle in &mut lights.triangles {
-            let power = f64::from(luminance(triangle.emission.into())) * std::f64::consts::PI;
-            triangle.pdf_area = (power * share) as f32;
-        }
+        lights.choose_triangles(area_power);
         lights
+    }
+
+    /// Sets the probabilities of triangles: half by power and half evenly over their shapes, and in each by power.
+    fn choose_triangles(&mut self, power: f64) {
+        let shapes = self.scene.shapes.iter().zip(&self.first_of_shape);
+        let shapes = shapes.filter_map(|(shape, first)| {
+            let first = (*first)? as usize;
+            let range = first..first + shape.triangle_count as usize;
+            let before = |i: usize| i.checked_sub(1).map_or(0.0, |i| self.triangle_power[i]);
+            let of_shape = before(range.end) - before(range.start);
+            (of_shape > 0.0).then_some((range, of_shape))
+        });
+        let shapes: Vec<_> = shapes.collect();
+        let even = 0.5 / shapes.len() as f64;
+        self.triangle_chance = vec![0.0; self.triangles.len()];
+        for (range, of_shape) in shapes {
+            // Of each unit of power.
+            let chance = 0.5 / power + even / of_shape;
+            for index in range {
+                let light = &mut self.triangles[index];
+                let radiant_exitance =
+                    f64::from(luminance(light.emission.into())) * std::f64::consts::PI;
+                light.pdf_area = (radiant_exitance * chance * self.groups[0]) as f32;
+                let before = index.checked_sub(1).map_or(0.0, |i| self.triangle_power[i]);
+                self.triangle_chance[index] = (self.triangle_power[index] - before) * chance;
+            }
+        }
+        let mut sum = 0.0;
+        for chance in &mut self.triangle_chance {
+            sum += *chance;
+            *chance = sum;
+        }
+        self.triangle_guide = Guide::new(&self.triangle_chance);
     }
 
     fn collect_triangles(&mut self) -> f64 {
@@ -251,9 +282,9 @@ impl<'a> Lights<'a> {
         (choice < area).then(|| &self.triangles[self.pick_triangle(choice / area)])
     }
 
-    /// The emitting triangle that a number in [0, 1) selects, by power.
+    /// The emitting triangle that a number in [0, 1) selects.
     fn pick_triangle(&self, choice: f64) -> usize {
-        self.triangle_guide.pick(&self.triangle_power, choice)
+        self.triangle_guide.pick(&self.triangle_chance, choice)
     }
 
     fn sample_environment(&self, place: [f64; 2], from: &Interaction) -> Option<LightSample> {
@@ -429,17 +460,4 @@ fn pick(sums: &[f64], u: f64) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn groups_are_chosen_by_power_and_evenly() {
-        assert_eq!(mix([0.0; 4]), [0.0; 4]);
-        assert_eq!(mix([3.0, 0.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0]);
-        assert_eq!(mix([1.0, 0.0, 0.0, 3.0]), [0.375, 0.0, 0.0, 0.625]);
-        assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.0), 1);
-        assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.5), 3);
-        assert_eq!(usable([f32::NAN, 1.0, 1.0]), 0.0);
-        assert_eq!(usable([-1.0, 1.0, 1.0]), 0.0);
-    }
-}
+mod tests;

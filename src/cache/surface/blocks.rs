@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -53,11 +54,11 @@ struct Contents {
 }
 
 /// A place for a block.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct Slot {
     key: Option<BlockKey>,
-    /// Texels that this frame asks for.
-    asked: u64,
+    /// Texels that this frame asks for: written by all threads, each block by one of them.
+    asked: AtomicU64,
     /// Last frame that asked for it.
     seen: u32,
     /// Texels that have begun: their points stay.
@@ -66,6 +67,12 @@ struct Slot {
     moved: u64,
     /// Texels that nobody asked for when something changed, nor since.
     missed: u64,
+}
+
+impl Slot {
+    fn asked(&self) -> u64 {
+        self.asked.load(Relaxed)
+    }
 }
 
 /// What became of requests.
@@ -124,20 +131,24 @@ impl Blocks {
     pub fn begin(&mut self, requests: &Requests, charts: &Charts, grid: &Grid) -> Asked {
         self.frame += 1;
         let slots = self.slots.par_iter_mut().with_min_len(1024);
-        slots.for_each(|slot| slot.asked = 0);
-        let requests = requests.blocks();
-        let known: Vec<Option<u32>> = requests
-            .par_iter()
-            .with_min_len(1024)
-            .map(|(key, _)| self.slot_of.get(key).copied())
+        slots.for_each(|slot| *slot.asked.get_mut() = 0);
+        let requests = requests.blocks().par_iter().with_min_len(1024);
+        let unknown: Vec<(BlockKey, u64)> = requests
+            .filter(|(key, mask)| match self.slot_of.get(key) {
+                Some(&slot) => {
+                    self.slots[slot as usize].asked.store(*mask, Relaxed);
+                    false
+                }
+                None => true,
+            })
+            .copied()
             .collect();
-        let mut unknown = Vec::new();
-        for ((key, mask), slot) in requests.iter().zip(known) {
-            match slot {
-                Some(slot) => self.ask(slot, *mask),
-                None => unknown.push((*key, *mask)),
+        let slots = self.slots.par_iter_mut().with_min_len(1024);
+        slots.for_each(|slot| {
+            if slot.asked() != 0 {
+                slot.seen = self.frame;
             }
-        }
+        });
         let mut asked = Asked {
             evicted: self.give_up_old() + self.make_room(unknown.len()),
             ..Asked::default()
@@ -150,20 +161,16 @@ impl Blocks {
             };
             self.slots[slot as usize] = Slot {
                 key: Some(key),
+                asked: mask.into(),
+                seen: self.frame,
                 ..Slot::default()
             };
             self.slot_of.insert(key, slot);
-            self.ask(slot, mask);
             new.push((slot, key));
         }
         asked.new = new.len() as u64;
         self.fill(&new, charts, grid);
         asked
-    }
-
-    fn ask(&mut self, slot: u32, mask: u64) {
-        let slot = &mut self.slots[slot as usize];
-        (slot.asked, slot.seen) = (mask, self.frame);
     }
 
     /// A slot for a new block.
@@ -251,12 +258,12 @@ impl Blocks {
         self.contents
             .par_iter_mut()
             .zip(&self.slots)
-            .filter(|(_, slot)| slot.asked != 0)
+            .filter(|(_, slot)| slot.asked() != 0)
             .map_init(start, |state, (Contents { words, points }, slot)| {
                 let key = slot.key.expect("what is asked for has a block");
                 let block = Block {
                     key,
-                    asked: slot.asked,
+                    asked: slot.asked(),
                     points,
                     words,
                 };
@@ -267,14 +274,14 @@ impl Blocks {
 
     /// The blocks that this frame asks for, with the texels that it asks for, in the order of slots.
     pub fn asked(&self) -> impl Iterator<Item = (BlockKey, u64)> {
-        let asked = self.slots.iter().filter(|slot| slot.asked != 0);
-        asked.filter_map(|slot| Some((slot.key?, slot.asked)))
+        let asked = self.slots.iter().filter(|slot| slot.asked() != 0);
+        asked.filter_map(|slot| Some((slot.key?, slot.asked())))
     }
 
     /// Something has changed since the last frame: what texels hold that this frame does not ask for is no longer so.
     pub fn miss(&mut self) {
         let slots = self.slots.par_iter_mut().with_min_len(1024);
-        slots.for_each(|slot| slot.missed |= !slot.asked);
+        slots.for_each(|slot| slot.missed |= !slot.asked());
     }
 
     /// Texels that this frame asks for catch up with what they missed, by holding nothing any more where `forgetting`.
@@ -282,8 +289,8 @@ impl Blocks {
         let size = self.layout.texel;
         let slots = self.slots.par_iter_mut().with_min_len(1024);
         slots.zip(&mut self.contents).for_each(|(slot, contents)| {
-            let late = slot.missed & slot.asked;
-            slot.missed &= !slot.asked;
+            let late = slot.missed & slot.asked();
+            slot.missed &= !slot.asked();
             if forgetting {
                 let late = (0..BLOCK_TEXELS).filter(|index| late >> index & 1 == 1);
                 late.for_each(|index| contents.words[index * size..][..size].fill(0));
@@ -308,7 +315,9 @@ impl Blocks {
 
     /// Whether this frame asks for a texel that was never used before.
     pub fn any_begins(&self) -> bool {
-        self.slots.iter().any(|slot| slot.asked & !slot.begun != 0)
+        self.slots
+            .iter()
+            .any(|slot| slot.asked() & !slot.begun != 0)
     }
 
     /// Whether a texel was never used before.
@@ -434,7 +443,7 @@ impl Blocks {
         for (slot, block) in (0..).zip(&memory) {
             self.slots.push(Slot {
                 key: Some(block.key),
-                asked: 0,
+                asked: 0.into(),
                 seen: self.frame - block.age,
                 begun: block.begun,
                 moved: block.moved.iter().fold(0, |bits, (i, _)| bits | 1 << i),

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::grid::{BlockKey, Texel};
+use crate::memory::concatenated;
 
 /// Blocks with a mask of 64 bits of the texels that are asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,11 +36,11 @@ impl Requests {
 
     /// All that some merged requests ask for, merged.
     pub fn merged(all: Vec<Self>) -> Self {
-        let mut all = all.into_iter();
-        let mut both = all.next().unwrap_or_default();
-        let first = both.blocks.len();
-        all.for_each(|one| both.blocks.extend(one.blocks));
-        if both.blocks.len() > first {
+        let is_one = all.len() < 2;
+        let mut both = Self {
+            blocks: concatenated(all.into_iter().map(|one| one.blocks).collect()),
+        };
+        if !is_one {
             both.merge();
         }
         both

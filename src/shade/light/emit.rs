@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::{Lights, pick, usable};
+use crate::image::luminance;
 use crate::sample::{Frame, Rng};
 use crate::shade::bsdf::cosine_sample;
 use crate::trace::{Ray, offset_origin};
@@ -93,7 +94,9 @@ impl Lights<'_> {
         let (root, v) = (u.sqrt() as f32, v as f32);
         let position =
             light.corner + light.edges[0] * (root * (1.0 - v)) + light.edges[1] * (root * v);
-        let intensity = light.emission / light.pdf_area;
+        let exitance = f64::from(luminance(light.emission.into())) * std::f64::consts::PI;
+        let total = self.triangle_power[self.triangle_power.len() - 1];
+        let intensity = light.emission / (exitance * (self.groups[0] / total)) as f32;
         let local = cosine_sample([rng.next_f32(), rng.next_f32()]);
         let direction = Frame::from_normal(light.normal)
             .to_world(local)
