@@ -5,9 +5,13 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::obj_text::{plain_obj, statements};
+use super::obj_text::{bare, plain_obj, statements};
 use super::text::{decoded, file_error};
 use super::{Bsdf, ColourSource, MicrofacetDistribution, SceneError};
+
+mod map;
+
+pub(super) use map::MtlMap;
 
 /// What is used of a `newmtl` block.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,38 +30,6 @@ pub(super) struct MtlMaterial {
     pub opacity_map: Option<MtlMap>,
     /// `Ke`.
     pub emission: [f32; 3],
-}
-
-/// A picture that a material names.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct MtlMap {
-    /// In the library's folder.
-    pub file: PathBuf,
-    /// `uv * scale + offset` is looked up.
-    pub scale: [f32; 2],
-    pub offset: [f32; 2],
-    /// Whether it ends at its borders instead of repeating.
-    pub clamp: bool,
-    /// Factor on its values: the second number of `-mm`.
-    pub gain: f32,
-    /// Added to its values after that: the first number of `-mm`.
-    pub base: f32,
-    /// Options that would change the look and are left out.
-    pub left_out: Vec<String>,
-}
-
-impl Default for MtlMap {
-    fn default() -> Self {
-        Self {
-            file: PathBuf::new(),
-            scale: [1.0; 2],
-            offset: [0.0; 2],
-            clamp: false,
-            gain: 1.0,
-            base: 0.0,
-            left_out: Vec::new(),
-        }
-    }
 }
 
 /// What a library says of light that passes or is mirrored, of which nothing is built.
@@ -332,15 +304,14 @@ fn split_word(text: &str) -> (&str, &str) {
     }
 }
 
-/// A grey or a colour; numbers behind the third, such as an alpha, do not count.
+/// A grey or a colour; what stands behind the third number, such as an alpha, does not count.
 fn colour(text: &str) -> Result<[f32; 3], String> {
-    let numbers = text.split_whitespace().map(str::parse::<f32>);
-    let numbers: Vec<f32> = numbers
-        .map_while(|number| number.ok().filter(|n| n.is_finite()))
-        .collect();
-    match numbers[..] {
-        [grey] => Ok([grey; 3]),
-        [r, g, b, ..] => Ok([r, g, b]),
+    let words: Vec<&str> = bare(text).split_whitespace().take(3).collect();
+    let number = |word: &&str| word.parse::<f32>().ok().filter(|n| n.is_finite());
+    let numbers: Option<Vec<f32>> = words.iter().map(number).collect();
+    match numbers.as_deref() {
+        Some([grey]) => Ok([*grey; 3]),
+        Some([r, g, b]) => Ok([*r, *g, *b]),
         _ => Err(format!(
             "one or three numbers were expected, found `{text}`"
         )),
@@ -354,83 +325,6 @@ fn in_range(keyword: &str, colour: [f32; 3]) -> [f32; 3] {
         _ => 1.0,
     };
     colour.map(|value| value.clamp(0.0, most))
-}
-
-impl MtlMap {
-    /// Options such as `-s 2 2 1` and a file, whose name may have blanks.
-    fn read(text: &str, folder: &Path) -> Result<Self, String> {
-        let mut map = Self::default();
-        let mut rest = text.trim();
-        while let Some((option, after)) = option(rest) {
-            let most = match option {
-                "-o" | "-s" | "-t" => 3,
-                "-mm" => 2,
-                "-blendu" | "-blendv" | "-bm" | "-boost" | "-cc" | "-clamp" | "-imfchan"
-                | "-texres" | "-type" => 1,
-                _ => return Err(format!("option `{option}` is unknown")),
-            };
-            rest = after;
-            let mut numbers = Vec::new();
-            for count in 0..most {
-                let (word, after) = split_word(rest);
-                // Of three numbers the last ones may be left away.
-                let number = word.parse::<f32>();
-                if most > 1 && count > 0 && number.is_err() {
-                    break;
-                }
-                numbers.extend(number);
-                rest = after;
-                map.word(option, word);
-            }
-            let pair = |default: f32| [0, 1].map(|i| numbers.get(i).copied().unwrap_or(default));
-            match option {
-                "-s" => map.scale = pair(1.0),
-                "-o" => map.offset = pair(0.0),
-                "-mm" => {
-                    map.gain = numbers.get(1).copied().unwrap_or(1.0);
-                    map.base = numbers.first().copied().unwrap_or(0.0);
-                }
-                "-t" if numbers.iter().any(|&n| n != 0.0) => {
-                    map.left_out
-                        .push("the turbulence of `-t` is left out".into());
-                }
-                _ => {}
-            }
-        }
-        match rest {
-            "" => Err("a file was expected".into()),
-            _ => {
-                map.file = named_file(folder, rest);
-                Ok(map)
-            }
-        }
-    }
-}
-
-impl MtlMap {
-    /// Whether `-mm` makes other values of those of the picture.
-    pub fn changes_values(&self) -> bool {
-        (self.base, self.gain) != (0.0, 1.0)
-    }
-
-    /// An option that is a word.
-    fn word(&mut self, option: &str, word: &str) {
-        match (option, word) {
-            ("-clamp", _) => self.clamp = word == "on",
-            ("-cc", "on") | ("-imfchan", "r" | "g" | "b" | "z" | "l") => {
-                self.left_out
-                    .push(format!("`{option} {word}` of a map is left out"));
-            }
-            _ => {}
-        }
-    }
-}
-
-/// The option that a text begins with, and what follows it.
-fn option(text: &str) -> Option<(&str, &str)> {
-    let (word, rest) = split_word(text);
-    let letter = word.strip_prefix('-')?.chars().next()?;
-    (letter.is_ascii_alphabetic() && !rest.is_empty()).then_some((word, rest))
 }
 
 fn set(material: &mut MtlMaterial, keyword: &str, colour: [f32; 3]) {

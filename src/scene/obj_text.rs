@@ -145,7 +145,7 @@ fn clip(word: &str) -> String {
 }
 
 /// Numbers without a comment that touches the last of them. (Some programs write `-1.#IND` for what is none.)
-fn bare(statement: &str) -> &str {
+pub(super) fn bare(statement: &str) -> &str {
     let touches = |&(i, _): &(usize, &str)| statement[..i].ends_with(|c: char| c.is_ascii_digit());
     match statement.match_indices('#').find(touches) {
         Some((i, _)) => &statement[..i],

@@ -30,6 +30,12 @@ fn libraries_are_read_and_what_is_not_understood_is_noted() {
         ),
         ("Kd nan 0 0", "d/m.mtl:2: `Kd` is left out: one or three"),
         (
+            "Kd 0.6 0.3x 0.1",
+            "d/m.mtl:2: `Kd` is left out: one or three numbers were expected, found `0.6 0.3x 0.1`",
+        ),
+        ("Ke 3 nan 1", "d/m.mtl:2: `Ke` is left out: one or three"),
+        ("Ke 1e39", "d/m.mtl:2: `Ke` is left out: one or three"),
+        (
             "Kd -0.8 0.5 1.8",
             "d/m.mtl:2: `Kd` is out of range and clamped",
         ),
@@ -51,6 +57,43 @@ fn libraries_are_read_and_what_is_not_understood_is_noted() {
         assert_eq!((notes.len(), materials[0].exponent), (1, 7.0));
         let mut diffuse = materials[0].diffuse.iter().flatten();
         assert!(diffuse.all(|d| (0.0..=1.0).contains(d)));
+    }
+}
+
+#[test]
+fn comments_may_touch_numbers_but_not_names() {
+    let (materials, notes) = parsed("newmtl a#1\nKd .6 .3 .1#x\nNs 7# 8 9\nmap_Kd b#1.png\n");
+    assert!(notes.is_empty(), "{notes:?}");
+    let m = &materials[0];
+    assert_eq!((m.diffuse, m.exponent), (Some([0.6, 0.3, 0.1]), 7.0));
+    let map = m.diffuse_map.as_ref().unwrap();
+    assert_eq!(
+        (m.name.as_str(), &*map.file),
+        ("a#1", Path::new("d/b#1.png"))
+    );
+}
+
+#[test]
+fn options_of_maps_that_are_not_finite_are_noted_and_left_out() {
+    for option in [
+        "-s nan 2 1",
+        "-o inf 0 0",
+        "-s 1e39 1",
+        "-mm nan 1",
+        "-mm 0 inf",
+        "-s x 2",
+    ] {
+        let (materials, notes) = parsed(&format!("newmtl a\nmap_Kd {option} -clamp on a.png\n"));
+        let note = format!("d/m.mtl:2: `{option}` of a map is left out: expected finite numbers");
+        assert_eq!(notes, [note]);
+        let expected = MtlMap {
+            file: "d/a.png".into(),
+            clamp: true,
+            ..MtlMap::default()
+        };
+        let mut map = materials[0].diffuse_map.clone().unwrap();
+        map.left_out.clear();
+        assert_eq!(map, expected);
     }
 }
 
