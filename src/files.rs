@@ -1,4 +1,4 @@
-//! Files that are whole or not there: written beside their place and renamed when complete.
+//! Files that are whole or not there: written beside their place and renamed when complete, and read only where they end.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -51,6 +51,29 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
     })
 }
 
+/// Reads all of a file.
+///
+/// # Errors
+/// Those of the system, and of [`check_ends`].
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    check_ends(path)?;
+    fs::read(path)
+}
+
+/// Refuses pipes, sockets and devices, which may give bytes without end, or none for ever.
+///
+/// # Errors
+/// What it is, and what to do. (That there is nothing, or a folder, is told when it is read.)
+pub fn check_ends(path: &Path) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(known) if !known.is_file() && !known.is_dir() => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "this is a pipe or a device, not a file: save what it gives to a file, and name that",
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// Puts the path that it is about into an error of the system, which does not name it.
 pub fn at(path: &Path) -> impl Fn(io::Error) -> io::Error + Copy + '_ {
     move |error| io::Error::new(error.kind(), format!("{}: {error}", path.display()))
@@ -87,6 +110,23 @@ mod tests {
         assert!(fs::symlink_metadata(&device).expect("there").is_symlink());
         assert_eq!(fs::read(&device).expect("there"), b"");
         assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 3);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_may_not_end_is_not_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.txt");
+        write(&file, "text").expect("writable");
+        assert_eq!(read(&file).expect("there"), b"text");
+        let device = folder.path().join("zeros");
+        std::os::unix::fs::symlink("/dev/zero", &device).expect("a link");
+        for path in [Path::new("/dev/zero"), &device] {
+            let error = read(path).expect_err("endless");
+            assert!(error.to_string().contains("not a file"), "{error}");
+        }
+        let absent = read(&folder.path().join("b")).expect_err("absent");
+        assert_eq!(absent.kind(), io::ErrorKind::NotFound);
     }
 
     #[test]

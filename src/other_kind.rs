@@ -113,7 +113,7 @@ pub(crate) fn with_other_kind(message: String, bytes: &[u8]) -> String {
 /// # Errors
 /// A sentence: it cannot be read, is of another kind, or is not in UTF-8.
 pub(crate) fn read_text(file: &Path) -> Result<String, String> {
-    let bytes = std::fs::read(file).map_err(|error| format!("cannot be read: {error}"))?;
+    let bytes = crate::files::read(file).map_err(|error| format!("cannot be read: {error}"))?;
     text_of(bytes)
 }
 

@@ -14,6 +14,8 @@ mod explaining;
 mod folders;
 #[path = "cli/gates.rs"]
 mod gates;
+#[path = "cli/inputs.rs"]
+mod inputs;
 #[cfg(unix)]
 #[path = "cli/many.rs"]
 mod many;

@@ -4,6 +4,7 @@
 //! Every key is a hash of JSON with its parts in a fixed order. Files count by what is in them.
 
 use crate::environment::EnvironmentDescription;
+use crate::files::check_ends;
 use crate::image::file_of;
 use std::collections::HashMap;
 use std::fs::File;
@@ -243,6 +244,7 @@ fn contents(path: &Path) -> String {
         }
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(File::open(&file)?)?;
+        check_ends(&file)?;
         if file != path {
             let layer = path.to_string_lossy();
             hasher.update(layer.rsplit('#').next().unwrap_or("").as_bytes());

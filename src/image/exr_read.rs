@@ -47,7 +47,7 @@ impl LayeredImage {
 /// that is read is the display window, black where there is no data. Deep data, subsampled channels and damaged files
 /// are errors.
 pub fn read_layers(path: &Path) -> Result<LayeredImage, ImageError> {
-    let bytes = std::fs::read(path).map_err(|source| ImageError::io(path, source))?;
+    let bytes = crate::files::read(path).map_err(|source| ImageError::io(path, source))?;
     decode_layers(path, &bytes)
 }
 

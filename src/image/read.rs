@@ -69,7 +69,7 @@ pub fn read_coded(path: &Path) -> Result<(Image, Encoding), ImageError> {
 /// Reads like [`read_coded`] and counts what alpha would have changed.
 pub fn read_picture(path: &Path) -> Result<Picture, ImageError> {
     let (path, layer) = file_and_layer(path);
-    let bytes = std::fs::read(&path).map_err(|source| ImageError::io(&path, source))?;
+    let bytes = crate::files::read(&path).map_err(|source| ImageError::io(&path, source))?;
     decode_bytes(&path, layer.as_deref(), &bytes)
 }
 
@@ -138,6 +138,7 @@ fn file_and_layer(path: &Path) -> (PathBuf, Option<String>) {
 pub(crate) fn promised_size(path: &Path) -> Option<[usize; 2]> {
     let path = file_of(path);
     let mut head = Vec::new();
+    crate::files::check_ends(&path).ok()?;
     let file = std::fs::File::open(&path).ok()?;
     file.take(1 << 20).read_to_end(&mut head).ok()?;
     match head[..] {

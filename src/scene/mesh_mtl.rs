@@ -77,7 +77,7 @@ pub(super) fn materials_of(obj: &Path) -> Result<ObjMaterials, SceneError> {
     if !obj.exists() {
         return Ok(ObjMaterials::default());
     }
-    let bytes = std::fs::read(obj).map_err(|e| file_error(obj, e.to_string()))?;
+    let bytes = crate::files::read(obj).map_err(|e| file_error(obj, e.to_string()))?;
     let text = plain_obj(&bytes).text;
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut declared = Vec::new();
@@ -87,7 +87,7 @@ pub(super) fn materials_of(obj: &Path) -> Result<ObjMaterials, SceneError> {
             if !read.insert(library.clone()) {
                 continue;
             }
-            match std::fs::read(&library) {
+            match crate::files::read(&library) {
                 Ok(bytes) => declared.extend(parse_mtl(&decoded(&bytes), &library, &mut notes)),
                 Err(error) => {
                     notes.push(format!("material library {}: {error}", library.display()));

@@ -34,7 +34,7 @@ impl ObjFile {
     /// without normal get a zero one, corners without texture coordinate (0, 0). Fails with the line on
     /// anything that cannot be read, on indices out of range, and on files without a face (truncated).
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+        let bytes = crate::files::read(path).map_err(|e| file_error(path, e.to_string()))?;
         Self::parse(&bytes, path)
     }
 

@@ -23,7 +23,7 @@ use crate::other_kind::other_kind;
 /// Normals (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v`, or the list `texcoord` of faces, which
 /// comes first) are optional. Damage is reported with the line (ascii) or the byte offset (binary).
 pub(super) fn load_ply(path: &Path) -> Result<FileMesh, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+    let bytes = crate::files::read(path).map_err(|e| file_error(path, e.to_string()))?;
     parse_ply(&bytes, path)
 }
 

@@ -26,7 +26,7 @@ const IS_DOUBLE: u32 = 0x2000;
 
 /// Loads mesh number `index` of a file; damage is reported with the byte offset of the mesh.
 pub(super) fn load_serialized(path: &Path, index: usize) -> Result<Mesh, SceneError> {
-    let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+    let bytes = crate::files::read(path).map_err(|e| file_error(path, e.to_string()))?;
     parse_serialized(&bytes, index).map_err(|message| file_error(path, message))
 }
 

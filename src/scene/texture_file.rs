@@ -53,7 +53,7 @@ pub(super) fn load_texels(
     if is_linear(path) {
         return load_linear(path);
     }
-    let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+    let bytes = crate::files::read(path).map_err(|e| file_error(path, e.to_string()))?;
     decode_texels(&bytes, path, description)
 }
 

@@ -43,7 +43,7 @@ impl PartialEq for GltfFile {
 impl GltfFile {
     /// Reads the JSON of a file; no buffer or image is opened.
     pub(super) fn parse(path: &Path) -> Result<Self, SceneError> {
-        let bytes = std::fs::read(path).map_err(|e| file_error(path, e.to_string()))?;
+        let bytes = crate::files::read(path).map_err(|e| file_error(path, e.to_string()))?;
         Self::parse_bytes(path, &bytes)
     }
 
@@ -130,13 +130,15 @@ impl GltfFile {
     pub(super) fn bytes_of(&self, uri: &str) -> Result<Vec<u8>, String> {
         match parse_uri(uri, self.folder())? {
             Uri::Data(bytes) => Ok(bytes),
-            Uri::File(path) => std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display())),
+            Uri::File(path) => {
+                crate::files::read(&path).map_err(|e| format!("{}: {e}", path.display()))
+            }
         }
     }
 
     fn binary_chunk(&self, buffer: usize) -> Result<Vec<u8>, String> {
         let bytes = match buffer {
-            0 => std::fs::read(self.path()).map_err(|e| e.to_string())?,
+            0 => crate::files::read(self.path()).map_err(|e| e.to_string())?,
             _ => Vec::new(),
         };
         let Ok(Container {

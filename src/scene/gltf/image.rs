@@ -96,7 +96,7 @@ impl GltfFile {
     fn encoded(&self, image: usize) -> Result<Option<Vec<u8>>, SceneError> {
         match self.image_source(image)? {
             TextureSource::File(path) if !path.exists() => Ok(None),
-            TextureSource::File(path) => match std::fs::read(&path) {
+            TextureSource::File(path) => match crate::files::read(&path) {
                 Ok(bytes) => Ok(Some(bytes)),
                 Err(e) => {
                     Err(self.error(format!("image {image}"), format!("{}: {e}", path.display())))

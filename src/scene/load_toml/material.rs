@@ -204,7 +204,10 @@ fn opacity_texture(map: &MtlMap, factor: f32) -> TextureDescription {
 
 /// Whether a file is a picture with an alpha channel.
 fn has_alpha(path: &Path) -> bool {
-    let reader = image::ImageReader::open(path).ok();
+    let is_file = crate::files::check_ends(path).is_ok();
+    let reader = is_file
+        .then(|| image::ImageReader::open(path).ok())
+        .flatten();
     let decoder = reader.and_then(|r| r.with_guessed_format().ok()?.into_decoder().ok());
     decoder.is_some_and(|decoder| decoder.color_type().has_alpha())
 }

@@ -25,7 +25,7 @@ pub(super) struct Document {
 
 /// Reads a scene file with all it includes.
 pub(super) fn read_document(file: &Path) -> Result<Document, SceneError> {
-    let bytes = std::fs::read(file).map_err(|e| file_error(file, e.to_string()))?;
+    let bytes = crate::files::read(file).map_err(|e| file_error(file, e.to_string()))?;
     let text = decoded_xml(&bytes).map_err(|why| file_error(file, why))?;
     parse_document(file, &text)
 }
@@ -213,7 +213,7 @@ impl Reader<'_> {
             false => beside,
         };
         let fail = |why: String| element.error(format!("{}: {why}", path.display()));
-        let bytes = std::fs::read(&path).map_err(|e| fail(e.to_string()))?;
+        let bytes = crate::files::read(&path).map_err(|e| fail(e.to_string()))?;
         let text = decoded_xml(&bytes).map_err(fail)?;
         let root = parse(&path, &text, self.shared, self.depth + 1)?;
         Ok(if root.tag == "scene" {

@@ -154,7 +154,8 @@ fn pairs(element: &Element) -> Result<Vec<[f64; 2]>, SceneError> {
 fn spectrum_file(element: &Element) -> Result<Vec<[f64; 2]>, SceneError> {
     let folder = element.file.parent().unwrap_or("".as_ref());
     let path = folder.join(element.required("filename")?);
-    let text = std::fs::read_to_string(&path)
+    let text = crate::files::check_ends(&path)
+        .and_then(|()| std::fs::read_to_string(&path))
         .map_err(|e| element.error(format!("{}: {e}", path.display())))?;
     let mut pairs = Vec::new();
     for (number, line) in text.lines().enumerate() {

@@ -1,0 +1,35 @@
+//! Files and scenes that cannot be what was meant: what is told of them, and how the program ends.
+
+use super::Place;
+
+const ROOM: &str = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n";
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_by_name() {
+    let place = Place::new();
+    let lamp = "[[shape]]\nkind = \"cube\"\nemission = 1\n";
+    let shape = |path: &str| format!("{ROOM}[[shape]]\nkind = \"{path}\n{lamp}");
+    place.write("obj.toml", &shape("obj\"\npath = \"/dev/zero\""));
+    place.write("ply.toml", &shape("ply\"\npath = \"/dev/zero\""));
+    let map = "environment = { kind = \"map\", path = \"/dev/zero\" }\n";
+    place.write("map.toml", &format!("{map}{ROOM}{lamp}"));
+    for scene in ["obj.toml", "ply.toml", "map.toml", "/dev/zero"] {
+        let arguments = ["render", scene, "--technique", "path-tracing", "--size"];
+        let output = place.lightbench(&[&arguments[..], &["8x8", "-o", "o.exr"]].concat());
+        assert_eq!(output.code, 2, "{scene}: {}", output.err);
+        let named = output.err.contains("/dev/zero");
+        assert!(named, "{scene}: {}", output.err);
+    }
+    let made = std::process::Command::new("mkfifo")
+        .arg(place.path().join("pipe.exr"))
+        .status();
+    assert!(made.expect("runs").success());
+    let output = place.lightbench(&["compare", "pipe.exr", "pipe.exr"]);
+    assert_eq!(output.code, 2, "{}", output.err);
+    assert!(
+        output.err.contains("pipe.exr: this is a pipe or a device"),
+        "{}",
+        output.err
+    );
+}
