@@ -74,6 +74,7 @@ fn cornell(obj: PathBuf) -> Scene {
         let source = ShapeSource::Obj {
             path: obj.clone(),
             part: Some(part.clone()),
+            material: None,
         };
         let mut shape = shape(&part, source, DMat4::IDENTITY, material);
         shape.face_normals = true;

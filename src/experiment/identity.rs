@@ -94,7 +94,16 @@ fn shape(shape: &ShapeDescription) -> Value {
         flip_v,
     } = shape;
     let source = match source {
-        ShapeSource::Obj { path, part } => json!(["obj", contents(path), part]),
+        ShapeSource::Obj {
+            path,
+            part,
+            material: None,
+        } => json!(["obj", contents(path), part]),
+        ShapeSource::Obj {
+            path,
+            part,
+            material,
+        } => json!(["obj", contents(path), part, material]),
         ShapeSource::Ply { path } => json!(["ply", contents(path)]),
         ShapeSource::Serialized { path, index } => json!(["serialized", contents(path), index]),
         ShapeSource::Gltf {
@@ -235,6 +244,7 @@ fn contents(path: &Path) -> String {
     static KNOWN: Mutex<Option<HashMap<Stamp, String>>> = Mutex::new(None);
     let read = || -> io::Result<String> {
         let file = file_of(path);
+        check_ends(&file)?;
         let metadata = std::fs::metadata(&file)?;
         let stamp = (path.to_owned(), metadata.len(), metadata.modified()?);
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -244,7 +254,6 @@ fn contents(path: &Path) -> String {
         }
         let mut hasher = blake3::Hasher::new();
         hasher.update_reader(File::open(&file)?)?;
-        check_ends(&file)?;
         if file != path {
             let layer = path.to_string_lossy();
             hasher.update(layer.rsplit('#').next().unwrap_or("").as_bytes());

@@ -122,6 +122,8 @@ pub enum ShapeSource {
         path: PathBuf,
         /// `None` takes all of the file.
         part: Option<String>,
+        /// Of these faces those of one material by name; `None` takes them all.
+        material: Option<String>,
     },
     /// A Stanford PLY file.
     Ply {

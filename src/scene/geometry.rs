@@ -80,10 +80,15 @@ fn load_shape(
 
 fn read(shape: &ShapeDescription, file: Option<&ObjFile>) -> Result<FileMesh, SceneError> {
     let mesh = match &shape.source {
-        ShapeSource::Obj { path, part } => {
+        ShapeSource::Obj {
+            path,
+            part,
+            material,
+        } => {
+            let (part, material) = (part.as_deref(), material.as_deref());
             return match file {
-                Some(file) => file.mesh(part.as_deref()),
-                None => ObjFile::read(path)?.mesh(part.as_deref()),
+                Some(file) => file.mesh(part, material),
+                None => ObjFile::read(path)?.mesh(part, material),
             };
         }
         ShapeSource::Ply { path } => return load_ply(path),

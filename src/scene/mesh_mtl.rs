@@ -10,8 +10,11 @@ use super::text::{decoded, file_error};
 use super::{Bsdf, ColourSource, MicrofacetDistribution, SceneError};
 
 mod map;
+mod uses;
 
 pub(super) use map::MtlMap;
+use uses::Uses;
+pub(super) use uses::used_materials;
 
 /// What is used of a `newmtl` block.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,8 +73,8 @@ pub(super) struct ObjMaterials {
     pub absent_libraries: Vec<PathBuf>,
 }
 
-/// Reads the libraries that an OBJ file names.
-pub(super) fn materials_of(obj: &Path) -> Result<ObjMaterials, SceneError> {
+/// Reads the libraries that an OBJ file names; the materials are those of its faces, or of those of a part.
+pub(super) fn materials_of(obj: &Path, part: Option<&str>) -> Result<ObjMaterials, SceneError> {
     let mut notes = Vec::new();
     let mut absent_libraries = Vec::new();
     if !obj.exists() {
@@ -96,7 +99,14 @@ pub(super) fn materials_of(obj: &Path) -> Result<ObjMaterials, SceneError> {
             }
         }
     }
-    let used = used_materials(&text);
+    let Some(Uses {
+        named: used,
+        nameless,
+    }) = Uses::of_part(&text, part)
+    else {
+        // That there is no such part is told when its faces are read.
+        return Ok(ObjMaterials::default());
+    };
     if used.is_empty() {
         return Ok(ObjMaterials {
             notes,
@@ -113,10 +123,6 @@ pub(super) fn materials_of(obj: &Path) -> Result<ObjMaterials, SceneError> {
             ));
         }
     }
-    let lines = text.lines().map(str::trim_start);
-    let mut until_first = lines.take_while(|l| value_of(l, "usemtl").is_none());
-    // Faces before the first `usemtl` have the material without a name.
-    let nameless = until_first.any(|l| value_of(l, "f").is_some());
     let nameless = nameless.then(|| MtlMaterial::grey(""));
     if used.iter().all(|name| by_name.contains_key(name)) {
         absent_libraries.clear();
@@ -154,24 +160,6 @@ fn libraries(folder: &Path, names: &str) -> Vec<PathBuf> {
 fn named_file(folder: &Path, name: &str) -> PathBuf {
     let quoted = name.strip_prefix('"').and_then(|n| n.strip_suffix('"'));
     folder.join(quoted.unwrap_or(name).replace('\\', "/"))
-}
-
-/// Names after `usemtl` that faces follow, each once, in order.
-pub(super) fn used_materials(obj_text: &str) -> Vec<&str> {
-    let mut names: Vec<&str> = Vec::new();
-    let mut seen = HashSet::new();
-    let mut current = None;
-    for line in obj_text.lines() {
-        if let Some(name) = value_of(line, "usemtl") {
-            current = Some(name);
-        } else if value_of(line, "f").is_some()
-            && let Some(name) = current.take()
-            && seen.insert(name)
-        {
-            names.push(name);
-        }
-    }
-    names
 }
 
 /// The rest of a line that starts with a keyword.

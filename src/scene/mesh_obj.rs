@@ -118,8 +118,8 @@ impl ObjFile {
     }
 
     /// All faces, or those of the object or group called `part`, or, for a `part` like `usemtl stone`, those of one
-    /// material.
-    pub fn mesh(&self, part: Option<&str>) -> Result<FileMesh, SceneError> {
+    /// material. With a `material`, of these those that have it.
+    pub fn mesh(&self, part: Option<&str>, material: Option<&str>) -> Result<FileMesh, SceneError> {
         let mut mesh = Mesh::default();
         let notes = self.notes.clone();
         let Some(name) = part else {
@@ -133,7 +133,12 @@ impl ObjFile {
             let message = format!("no object or group `{name}`; {}", advice(name, &known));
             return Err(file_error(&self.path, message));
         };
-        for &index in chosen {
+        let of_material = material.map(|name| {
+            let known = self.parts.get(&format!("usemtl {name}"));
+            known.map_or(&[][..], Vec::as_slice)
+        });
+        let has_it = |index: &&usize| of_material.is_none_or(|all| all.contains(index));
+        for &index in chosen.iter().filter(has_it) {
             mesh.append(&convert(&self.models[index].mesh));
         }
         Ok(FileMesh { mesh, notes })
@@ -294,7 +299,7 @@ impl Survey {
 }
 
 /// What `g` statements say that put faces into several groups. (Names of objects may have blanks.)
-fn names_of_several_groups(text: &str) -> HashSet<&str> {
+pub(super) fn names_of_several_groups(text: &str) -> HashSet<&str> {
     let named = |word: &'static str| {
         let lines = text.lines().filter(move |line| keyword(line) == word);
         let names = lines.map(|line| line.trim_start()[1..].trim());

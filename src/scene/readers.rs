@@ -33,7 +33,7 @@ pub(crate) const READERS: &[Reader] = &[
     }),
     ("obj", |bytes| {
         let file = ObjFile::parse(bytes, Path::new(NOWHERE));
-        told(file.and_then(|file| file.mesh(None)))
+        told(file.and_then(|file| file.mesh(None, None)))
     }),
     ("mtl", |bytes| {
         read_mtl(bytes, Path::new(NOWHERE));

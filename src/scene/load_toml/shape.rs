@@ -44,15 +44,17 @@ impl Loader {
         Ok(shape)
     }
 
-    /// Adds a shape; an OBJ file for which neither material nor part is given becomes one shape for
-    /// each material of its libraries.
+    /// Adds a shape; an OBJ file for which no material is given, or a part of one, becomes one shape for each material
+    /// of its libraries.
     pub(super) fn add_shape(
         &mut self,
         shape: ShapeDescription,
         keys: &Keys,
     ) -> Result<(), SceneError> {
-        let obj = match &shape.source {
-            ShapeSource::Obj { path, part: None } if keys.get("material").is_none() => path.clone(),
+        let (obj, part) = match &shape.source {
+            ShapeSource::Obj { path, part, .. } if keys.get("material").is_none() => {
+                (path.clone(), part.clone())
+            }
             _ => {
                 self.scene.shapes.push(shape);
                 return Ok(());
@@ -62,8 +64,13 @@ impl Loader {
             materials,
             notes,
             absent_libraries,
-        } = materials_of(&obj)?;
-        self.scene.notes.extend(notes);
+        } = materials_of(&obj, part.as_deref())?;
+        for note in notes {
+            // Once for all parts of a file.
+            if !self.scene.notes.contains(&note) {
+                self.scene.notes.push(note);
+            }
+        }
         self.scene.absent_libraries.extend(absent_libraries);
         if materials.is_empty() {
             self.scene.shapes.push(shape);
@@ -75,9 +82,17 @@ impl Loader {
             self.scene.shapes.push(ShapeDescription {
                 name: format!("{} {}", shape.name, material.name),
                 object: Some(shape.name.clone()),
-                source: ShapeSource::Obj {
-                    path: obj.clone(),
-                    part: Some(format!("usemtl {}", material.name)),
+                source: match &part {
+                    None => ShapeSource::Obj {
+                        path: obj.clone(),
+                        part: Some(format!("usemtl {}", material.name)),
+                        material: None,
+                    },
+                    Some(_) => ShapeSource::Obj {
+                        path: obj.clone(),
+                        part: part.clone(),
+                        material: Some(material.name.clone()),
+                    },
                 },
                 material: index,
                 emission: shape.emission.or(emits.then_some(material.emission)),
@@ -93,6 +108,7 @@ impl Loader {
             "obj" => ShapeSource::Obj {
                 path: self.file(keys)?,
                 part: part(keys)?,
+                material: None,
             },
             "ply" => ShapeSource::Ply {
                 path: self.file(keys)?,

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::environment::EnvironmentDescription;
-use crate::scene::{Bsdf, ColourSource, ShapeSource, Wrap};
+use crate::scene::{Bsdf, ColourSource, Needs, Scene, ShapeSource, Wrap};
 
 const VIEW: &str = "[[view]]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\nfov_deg = 45\n";
 const SHAPE: &str = "[[shape]]\nkind = \"cube\"\n";
@@ -121,7 +121,7 @@ irradiance = [1, 2, 3]
     let moved = shape.to_world.transform_point3(DVec3::X);
     assert!(moved.distance(DVec3::new(1.0, 2.0, 5.0)) < 1e-12);
     assert!(
-        matches!(&shape.source, ShapeSource::Obj { path, part: Some(p) } if path == Path::new("dir/a/b.obj") && p == "p")
+        matches!(&shape.source, ShapeSource::Obj { path, part: Some(p), .. } if path == Path::new("dir/a/b.obj") && p == "p")
     );
     assert_eq!(
         scene.shapes[1].to_world.transform_point3(DVec3::ZERO),
@@ -271,6 +271,54 @@ fn embedded_scenes_have_a_shown_name() {
         .unwrap_err()
         .to_string();
     assert!(message.starts_with("<statues>/scene.toml:1:1"), "{message}");
+}
+
+#[test]
+fn parts_without_a_material_have_those_of_their_libraries() {
+    let place = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(place.path().join(name), text).expect("writable");
+    };
+    write(
+        "m.mtl",
+        "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\nKe 3 3 3\n",
+    );
+    write(
+        "m.obj",
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no a\nusemtl red\nf 1 2 3\nusemtl green\nf 1 2 4\nf 1 3 4\no b\nf 2 3 4\n",
+    );
+    let head = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n[[shape]]\nkind = \"obj\"\nname = \"s\"\npath = \"m.obj\"\n";
+    let file = place.path().join("scene.toml");
+    for (part, expected) in [
+        ("a", vec![("red", false, 1), ("green", true, 2)]),
+        ("b", vec![("green", true, 1)]),
+        ("usemtl red", vec![("red", false, 1)]),
+    ] {
+        let text = format!("{head}part = \"{part}\"\n");
+        let description = parse_toml(&text, Some(&file), "s").expect("a scene");
+        let scene = Scene::build(&description, Needs::ALL).expect("builds");
+        let found: Vec<(&str, bool, u32)> = scene
+            .shapes
+            .iter()
+            .map(|shape| {
+                let material = &scene.materials[shape.material as usize].name;
+                (
+                    material.as_str(),
+                    shape.emission.is_some(),
+                    shape.triangle_count,
+                )
+            })
+            .collect();
+        assert_eq!(found, expected, "{part}");
+        assert!(description.shapes.iter().all(|shape| shape.object() == "s"));
+    }
+    let text = format!("{head}part = \"c\"\n");
+    let description = parse_toml(&text, Some(&file), "s").expect("a scene");
+    let error = Scene::build(&description, Needs::ALL).expect_err("no such part");
+    assert!(
+        error.to_string().contains("no object or group `c`"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -194,7 +194,7 @@ fn several_libraries_may_stand_on_a_line_and_names_may_have_blanks() {
         write("m.obj", &format!("mtllib {line}\n{faces}"));
         let ObjMaterials {
             materials, notes, ..
-        } = materials_of(&place.path().join("m.obj")).unwrap();
+        } = materials_of(&place.path().join("m.obj"), None).unwrap();
         assert!(notes.is_empty(), "{notes:?}");
         let found: Vec<f32> = materials
             .iter()
@@ -224,7 +224,7 @@ fn of_two_materials_of_one_name_the_first_counts_and_that_is_told() {
         write("a.mtl", &format!("newmtl red\nKd 1 0 0\n{other}"));
         let ObjMaterials {
             materials, notes, ..
-        } = materials_of(&place.path().join("m.obj")).unwrap();
+        } = materials_of(&place.path().join("m.obj"), None).unwrap();
         assert_eq!(materials[0].diffuse, Some([1.0, 0.0, 0.0]));
         assert_eq!(notes.len(), told, "{notes:?}");
     }
@@ -259,7 +259,7 @@ fn a_library_is_absent_where_a_face_uses_what_no_other_has() {
         ("usemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\n", 1),
     ] {
         write("m.obj", &format!("{corners}{faces}"));
-        let found = materials_of(&place.path().join("m.obj")).unwrap();
+        let found = materials_of(&place.path().join("m.obj"), None).unwrap();
         assert_eq!(found.absent_libraries.len(), absent, "{faces}");
         assert!(found.notes[0].contains("gone.mtl"), "{:?}", found.notes);
     }

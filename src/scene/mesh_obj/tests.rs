@@ -4,7 +4,7 @@ const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0.5 0\n";
 
 fn parse(text: &str) -> Result<Mesh, String> {
     let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj"));
-    file.and_then(|file| file.mesh(None))
+    file.and_then(|file| file.mesh(None, None))
         .map(|read| read.mesh)
         .map_err(|e| e.to_string())
 }
@@ -71,7 +71,7 @@ fn what_is_left_out_is_told() {
         "t.obj: colours of vertices are left out (1 times)",
         "t.obj: lines (`l`) are left out (2 times)",
     ];
-    assert_eq!(file.mesh(None).unwrap().notes, expected);
+    assert_eq!(file.mesh(None, None).unwrap().notes, expected);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn groups_are_selected_by_name_and_missing_libraries_tolerated() {
         "mtllib gone.mtl\n{CORNERS}g left\nusemtl stone\nf 1 2 3\ng right\nf 1 3 4\nf 1 4 5\n"
     );
     let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
-    let part = |name| file.mesh(Some(name)).map(|read| read.mesh);
+    let part = |name| file.mesh(Some(name), None).map(|read| read.mesh);
     assert_eq!(part("right").unwrap().triangles.len(), 2);
     let error = part("rihgt").unwrap_err().to_string();
     assert!(error.contains("did you mean `right`"), "{error}");
@@ -120,7 +120,7 @@ fn libraries_named_again_and_again_do_not_mix_materials_up() {
         "{CORNERS}mtllib a.mtl\nusemtl one\nf 1 2 3\nmtllib b.mtl\nusemtl two\nf 1 3 4\nf 1 4 5\n"
     );
     let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
-    let count = |name| file.mesh(Some(name)).unwrap().mesh.triangles.len();
+    let count = |name| file.mesh(Some(name), None).unwrap().mesh.triangles.len();
     assert_eq!([count("usemtl one"), count("usemtl two")], [1, 2]);
 }
 
@@ -203,7 +203,10 @@ fn damage_is_named_with_its_line() {
 fn faces_belong_to_each_group_that_a_line_names() {
     let text = format!("{CORNERS}g left top\nf 1 2 3\ng top\nf 1 3 4\no long name\nf 1 4 5\ng x\n");
     let file = ObjFile::parse(text.as_bytes(), Path::new("t.obj")).unwrap();
-    let count = |part| file.mesh(Some(part)).map_or(0, |m| m.mesh.triangles.len());
+    let count = |part| {
+        file.mesh(Some(part), None)
+            .map_or(0, |m| m.mesh.triangles.len())
+    };
     assert_eq!(
         ["left", "top", "left top", "long name", "long"].map(count),
         [1, 2, 1, 1, 0]
@@ -240,5 +243,5 @@ fn files_without_faces_are_refused_with_what_they_have() {
     let padded = format!("{CORNERS}f 1 2 3\n\0\0\x1a");
     let file = ObjFile::parse(padded.as_bytes(), Path::new("t.obj")).unwrap();
     let told = [r"t.obj: unknown statements (`\0\0\u{1a}`) are left out (1 times)"];
-    assert_eq!(file.mesh(None).unwrap().notes, told);
+    assert_eq!(file.mesh(None, None).unwrap().notes, told);
 }

@@ -80,6 +80,7 @@ impl<'a> Importer<'a> {
             "obj" => ShapeSource::Obj {
                 path: self.path(element)?,
                 part: element.string("shape_name")?.map(str::to_owned),
+                material: None,
             },
             "ply" => ShapeSource::Ply {
                 path: self.path(element)?,
