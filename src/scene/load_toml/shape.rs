@@ -181,7 +181,13 @@ fn transform(keys: &Keys) -> Result<DMat4, SceneError> {
     if scale.is_some() || rotation.is_some() || translation.is_some() {
         return Err(keys.error("give either `matrix` or `scale`, `rotate`, `translate`"));
     }
-    Ok(DMat4::from_cols_array(&rows).transpose())
+    match (&rows[12..], keys.get("matrix")) {
+        ([0.0, 0.0, 0.0, 1.0], _) | (_, None) => Ok(DMat4::from_cols_array(&rows).transpose()),
+        (_, Some(value)) => {
+            let expected = "16 numbers, row by row, of which the last row is 0, 0, 0, 1";
+            Err(keys.wrong("matrix", value, expected))
+        }
+    }
 }
 
 fn scale(keys: &Keys) -> Result<Option<DVec3>, SceneError> {

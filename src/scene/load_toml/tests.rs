@@ -274,6 +274,24 @@ fn embedded_scenes_have_a_shown_name() {
 }
 
 #[test]
+fn last_rows_of_matrices_are_those_of_maps_of_places() {
+    let load = |row: &str| {
+        let text = format!(
+            "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n[[shape]]\nkind = \"cube\"\nmatrix = [1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7, {row}]\n"
+        );
+        parse_toml(&text, Some(Path::new("scene.toml")), "s").map_err(|e| e.to_string())
+    };
+    load("0, 0, 0, 1").expect("a map of places");
+    for row in ["0, 0, 0, 2", "0, 0, 1, 1"] {
+        let error = load(row).expect_err(row);
+        assert!(
+            error.starts_with("scene.toml:7:10: `matrix` of shape `cube 0` (cube): expected 16"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn parts_without_a_material_have_those_of_their_libraries() {
     let place = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| {

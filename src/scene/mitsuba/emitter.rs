@@ -6,7 +6,7 @@ use super::Importer;
 use super::element::Element;
 use super::solar::solar_irradiance;
 use super::spectrum::{colour, emitted_colour};
-use super::transform::{transform, vector};
+use super::transform::vector;
 use crate::environment::{EnvironmentDescription, EnvironmentRows};
 use crate::scene::SceneError;
 
@@ -15,7 +15,7 @@ impl<'a> Importer<'a> {
         element.used.set(true);
         self.sampling_weight(element)?;
         let to_world = match element.child("to_world") {
-            Some(t) => transform(t)?,
+            Some(t) => self.transform(t)?,
             None => DMat4::IDENTITY,
         };
         let environment = match element.kind() {

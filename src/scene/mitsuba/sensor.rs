@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::Importer;
 use super::element::Element;
-use super::transform::transform;
 use crate::scene::{Clip, FovAxis, SceneError, View};
 
 /// Mitsuba's film size where none is given.
@@ -39,7 +38,7 @@ impl<'a> Importer<'a> {
         }
         element.tagged("sampler").for_each(Element::mark_all);
         let to_world = match element.child("to_world") {
-            Some(t) => transform(t)?,
+            Some(t) => self.transform(t)?,
             None => glam::DMat4::IDENTITY,
         };
         let film = self.film(element)?;

@@ -5,7 +5,7 @@ use glam::{DMat3, DMat4, DVec3};
 use super::Importer;
 use super::element::Element;
 use super::emitter::shining;
-use super::transform::{transform, vector};
+use super::transform::vector;
 use crate::scene::{ColourSource, Material, SceneError, ShapeDescription, ShapeSource};
 
 /// Relative difference of lengths up to which a scale counts as even: files have few digits.
@@ -33,7 +33,7 @@ impl<'a> Importer<'a> {
             return Ok(());
         };
         let to_world = match element.child("to_world") {
-            Some(t) => transform(t)?,
+            Some(t) => self.transform(t)?,
             None => DMat4::IDENTITY,
         };
         self.note_uneven(&source, DMat3::from_mat4(to_world));
@@ -107,7 +107,7 @@ impl<'a> Importer<'a> {
 
     fn instance(&mut self, element: &'a Element, outer: DMat4) -> Result<(), SceneError> {
         let to_world = match element.child("to_world") {
-            Some(t) => transform(t)?,
+            Some(t) => self.transform(t)?,
             None => DMat4::IDENTITY,
         };
         for child in &element.children {

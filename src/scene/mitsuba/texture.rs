@@ -5,7 +5,6 @@ use glam::{DMat4, DVec2};
 use super::Importer;
 use super::element::Element;
 use super::spectrum::colour;
-use super::transform::transform;
 use crate::scene::{ColourSource, SceneError, TextureDescription, TextureSource, Wrap};
 
 /// A colour or texture, and the factor of the `scale` textures around it: 1 where it is in the colour already.
@@ -258,7 +257,7 @@ impl<'a> Importer<'a> {
         let mut scale = [number("uscale", 1.0)?, number("vscale", 1.0)?];
         let mut offset = [number("uoffset", 0.0)?, number("voffset", 0.0)?];
         if let Some(to_uv) = element.child("to_uv") {
-            let matrix = transform(to_uv)?;
+            let matrix = self.transform(to_uv)?;
             if matrix.z_axis.truncate().truncate() != DVec2::ZERO {
                 self.note("of the third column of a `to_uv` nothing is used, as in Mitsuba");
             }

@@ -2,11 +2,32 @@
 
 use glam::{DMat4, DVec3};
 
+use super::Importer;
 use super::element::Element;
 use crate::scene::SceneError;
 
+impl Importer<'_> {
+    /// As [`transform`], with a note on what of matrices is not used.
+    pub(super) fn transform(&mut self, element: &Element) -> Result<DMat4, SceneError> {
+        let product = transform(element)?;
+        let mut steps = element.children.iter();
+        if steps.any(|step| step.tag == "matrix" && has_odd_row(step)) {
+            self.note(
+                "of a `matrix` whose last row is not 0 0 0 1 nothing is used of that row, as in Mitsuba",
+            );
+        }
+        Ok(product)
+    }
+}
+
+/// Whether the last of four rows is not that of a map of places.
+fn has_odd_row(matrix: &Element) -> bool {
+    let numbers = matrix.numbers("value").unwrap_or_default();
+    numbers.len() == 16 && numbers[12..] != [0.0, 0.0, 0.0, 1.0]
+}
+
 /// The product of a chain; each step is applied after those before it.
-pub(super) fn transform(element: &Element) -> Result<DMat4, SceneError> {
+fn transform(element: &Element) -> Result<DMat4, SceneError> {
     element.used.set(true);
     let mut product = DMat4::IDENTITY;
     for step in &element.children {

@@ -19,6 +19,21 @@ fn transform_steps_apply_in_order() {
 }
 
 #[test]
+fn last_rows_of_matrices_that_are_not_used_are_noted() {
+    for (row, told) in [("0 0 0 1", 0), ("0 0 1 1", 1), ("0 0 0 2", 1)] {
+        let scene = load(
+            "3.0.0",
+            &format!(
+                "<shape type='cube'><transform name='to_world'><matrix value='1 0 0 5  0 1 0 6  0 0 1 7  {row}'/></transform></shape>"
+            ),
+        );
+        let moved = scene.shapes[0].to_world.transform_point3(DVec3::ZERO);
+        assert_eq!(moved, DVec3::new(5.0, 6.0, 7.0));
+        assert_eq!(scene.notes.len(), told, "{row}: {:?}", scene.notes);
+    }
+}
+
+#[test]
 fn shapes_of_every_kind() {
     let scene = load(
         "0.5.0",
