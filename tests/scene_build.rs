@@ -111,7 +111,7 @@ fn scenes_are_centred_whatever_their_place() {
 #[test]
 fn sizes_from_tiny_to_huge_keep_all_triangles() {
     let folder = Folder::new();
-    for scale in ["1e-3", "1e-9", "1e5", "1e12"] {
+    for scale in ["1e-3", "1e-8", "1e5", "1e8"] {
         let scene = folder
             .build(&format!("{CUBE}scale = {scale}\n"), Needs::GEOMETRY)
             .unwrap();
@@ -120,6 +120,21 @@ fn sizes_from_tiny_to_huge_keep_all_triangles() {
             (12, 0),
             "{scale}"
         );
+    }
+}
+
+#[test]
+fn sizes_and_places_beyond_single_precision_are_refused() {
+    let folder = Folder::new();
+    for (line, told) in [
+        ("scale = 1e-15", "is 3.4641016e-15 units"),
+        ("scale = 1e15", "single precision holds scenes of"),
+        ("translate = [1e12, 0, 0]", "is 1e12 units from the origin"),
+        ("translate = [1e30, 0, 0]", "scene"),
+    ] {
+        let built = folder.build(&format!("{CUBE}{line}\n"), Needs::GEOMETRY);
+        let error = built.unwrap_err().to_string();
+        assert!(error.contains(told), "{line}: {error}");
     }
 }
 

@@ -331,10 +331,7 @@ impl Scene {
         if self.positions.len() > u32::MAX as usize {
             return fail("more than 2³² vertices".into());
         }
-        if !self.diagonal.is_finite() {
-            return fail("the bounding box is too large for single precision".into());
-        }
-        Ok(())
+        self.check_extent()
     }
 }
 

@@ -11,6 +11,7 @@ mod check;
 mod clip;
 mod description;
 mod error;
+mod extent;
 mod files;
 mod find;
 mod find_environment;

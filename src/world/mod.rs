@@ -99,7 +99,8 @@ impl World {
     /// do not change from frame to frame.
     ///
     /// # Errors
-    /// A shape that gets beyond what single precision holds at one of the times.
+    /// A shape that gets beyond what single precision holds at one of the times; motions that make the scene larger
+    /// than it holds.
     pub fn moving(
         mut scene: Scene,
         motions: Vec<Motion>,
@@ -115,6 +116,7 @@ impl World {
         }
         let (low, high) = bounds(&scene, &moving, &moves, times_s)?;
         scene.enclose(low, high);
+        scene.check_extent()?;
         Ok(Self {
             tracer: Tracer::with_moving(&scene.positions, &scene.triangles, &moves),
             before: scene.positions.clone(),

@@ -1,6 +1,6 @@
 //! Files and scenes that cannot be what was meant: what is told of them, and how the program ends.
 
-use super::Place;
+use super::{Place, TINY};
 
 const ROOM: &str = "[[view]]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nfov_deg = 45\n";
 
@@ -32,4 +32,20 @@ fn pipes_and_devices_are_refused_by_name() {
         "{}",
         output.err
     );
+}
+
+#[test]
+fn scenes_beyond_single_precision_fail_with_a_reason() {
+    let place = Place::new();
+    for (transform, told) in [
+        ("scale = 1e-15", "single precision holds scenes of"),
+        ("translate = [1e30, 0, 0]", "units from the origin"),
+    ] {
+        let moved = format!("view = \"poles\"\ntransform = {{ {transform} }}");
+        place.write("far.toml", &TINY.replace("view = \"poles\"", &moved));
+        let output = place.lightbench(&["run", "far.toml", "--out", "out"]);
+        assert_eq!(output.code, 4, "{}", output.err);
+        assert!(output.err.contains(told), "{}", output.err);
+        std::fs::remove_dir_all(place.path().join("out")).expect("removable");
+    }
 }
