@@ -2,25 +2,66 @@
 //! gate on errors would let pass.
 //!
 //! They are refused while planning, by what the scene declares, and again once it is loaded, by what is left of it. A
-//! scene that is meant to be black says so by an environment of no radiance, such as the map `black`.
+//! scene that is meant to be black says so by a constant environment of no radiance, or by the map `black`; a map or a sky
+//! that a factor of 0, or the lack of sun and sky, has put out is none.
 
 use super::sequence::Sequence;
-use crate::environment::Environment;
+use crate::environment::{Environment, EnvironmentDescription};
 use crate::scene::{Needs, Scene, SceneDescription};
 
-/// Refuses a scene that declares nothing from which a technique with these needs takes light, in any frame.
+/// What a technique shows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shown {
+    /// What it takes of scenes.
+    pub needs: Needs,
+    /// Path edges after the camera, where the scene says how many.
+    pub max_depth: Option<u32>,
+}
+
+impl Shown {
+    /// What a technique with this id and these needs shows of a scene.
+    pub fn of(technique: &str, needs: Needs, scene: &SceneDescription) -> Self {
+        let follows = ["path-tracing", "radiance"].contains(&technique);
+        Self {
+            needs,
+            max_depth: follows.then_some(scene.max_depth),
+        }
+    }
+}
+
+/// Refuses a scene that declares nothing from which a technique takes light, in any frame.
 ///
 /// # Errors
 /// A sentence with advice.
 pub(super) fn refuse_declared(
-    needs: Needs,
+    shown: Shown,
     scene: &SceneDescription,
     sequence: &Sequence,
 ) -> Result<(), String> {
-    let is_lit = !takes_light(needs)
-        || needs.environment && scene.environment.is_some()
-        || needs.emitters && has_lamp(scene, sequence);
-    refuse(is_lit, &scene.name)
+    let needs = shown.needs;
+    let environment = scene.environment.as_ref().filter(|_| needs.environment);
+    if !takes_light(needs) || environment.is_some_and(is_meant_black) {
+        return Ok(());
+    }
+    let lamps = match needs.emitters {
+        true => Lamps::of(scene, sequence),
+        false => Lamps::default(),
+    };
+    let seen = environment.is_some_and(shines) || lamps.shapes;
+    if !seen && !lamps.points {
+        return Err(refusal(&scene.name));
+    }
+    let name = &scene.name;
+    match shown.max_depth {
+        Some(0) => Err(format!(
+            "scene `{name}`: paths of no edge (max_depth = 0) show nothing: set max_depth to 1 or more"
+        )),
+        Some(1) if !seen => Err(format!(
+            "scene `{name}`: paths of one edge (max_depth = 1) show what shines alone, and its lights have no extent, so that \
+             all images are black: set max_depth to 2 or more"
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a loaded scene in which nothing that shines has an area or a strength.
@@ -37,13 +78,40 @@ pub(super) fn refuse_loaded(needs: Needs, scene: &Scene) -> Result<(), String> {
         || shines
         || !scene.point_lights.is_empty()
         || !scene.directional_lights.is_empty();
-    refuse(is_lit, &scene.name).map_err(|why| match black_file {
-        Some(file) => format!(
-            "{}: every pixel of this map is black; {why}",
-            file.display()
-        ),
-        None => why,
-    })
+    match black_file {
+        _ if is_lit => Ok(()),
+        Some(file) => Err(format!(
+            "{}: every pixel of this map is black; {}",
+            file.display(),
+            refusal(&scene.name)
+        )),
+        None => Err(refusal(&scene.name)),
+    }
+}
+
+/// Whether an environment without radiance is so by what it is called or given, and not by a factor.
+fn is_meant_black(environment: &EnvironmentDescription) -> bool {
+    match environment {
+        EnvironmentDescription::Constant { radiance } => !is_bright(*radiance),
+        EnvironmentDescription::Embedded { name, .. } => name == "black",
+        EnvironmentDescription::Map { .. } | EnvironmentDescription::SunSky { .. } => false,
+    }
+}
+
+/// Whether factors leave an environment any light.
+fn shines(environment: &EnvironmentDescription) -> bool {
+    match environment {
+        EnvironmentDescription::Constant { radiance } => is_bright(*radiance),
+        EnvironmentDescription::Map { scale, .. }
+        | EnvironmentDescription::Embedded { scale, .. } => *scale > 0.0,
+        EnvironmentDescription::SunSky {
+            sun,
+            sun_irradiance,
+            sky,
+            scale,
+            ..
+        } => *scale > 0.0 && (*sky || *sun && sun_irradiance.is_none_or(is_bright)),
+    }
 }
 
 fn takes_light(needs: Needs) -> bool {
@@ -54,34 +122,45 @@ fn is_bright(rgb: [f32; 3]) -> bool {
     rgb.iter().any(|value| *value > 0.0)
 }
 
-fn refuse(is_lit: bool, name: &str) -> Result<(), String> {
-    match is_lit {
-        true => Ok(()),
-        false => Err(format!(
-            "scene `{name}` has no light, so that all images of this technique are black: give it a light or an \
-             environment, for example environment = \"afternoon\" (`lightbench list maps` shows them); if it is meant \
-             to be black, environment = \"black\" says so"
-        )),
-    }
+fn refusal(name: &str) -> String {
+    format!(
+        "scene `{name}` has no light, so that all images of this technique are black: give it a light or an \
+         environment, for example environment = \"afternoon\" (`lightbench list maps` shows them); if it is meant \
+         to be black, environment = \"black\" says so"
+    )
 }
 
-/// Whether a shape or a light without extent shines in any frame.
-fn has_lamp(scene: &SceneDescription, sequence: &Sequence) -> bool {
-    let shapes = scene.shapes.iter().enumerate();
-    let shapes = shapes.filter(|(_, shape)| shape.emission.is_some_and(is_bright));
-    let mut shapes = shapes.map(|(index, _)| index);
-    let lights = scene.lights.iter().enumerate();
-    let lights = lights.filter(|(_, light)| is_bright(*light.kind.strength()));
-    let mut lights = lights.map(|(index, _)| index);
-    let is_on = |moved: &dyn Fn(usize) -> bool| {
-        let moving = (0..scene.motions.len()).filter(|motion| moved(*motion));
-        let strengths: Vec<_> = moving.flat_map(|m| &scene.motions[m].strength).collect();
-        let at = |time_s| strengths.iter().all(|strength| strength.at(time_s) > 0.0);
-        let mut times_s = sequence.frames.iter().map(|frame| sequence.time_s(*frame));
-        times_s.any(at)
-    };
-    shapes.any(|index| is_on(&|motion| scene.motions[motion].shapes.contains(&index)))
-        || lights.any(|index| is_on(&|motion| scene.motions[motion].lights.contains(&index)))
+/// What shines besides the environment, in any frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lamps {
+    /// Shapes, which are seen.
+    shapes: bool,
+    /// Lights without extent, of which only what they light is seen.
+    points: bool,
+}
+
+impl Lamps {
+    fn of(scene: &SceneDescription, sequence: &Sequence) -> Self {
+        let shapes = scene.shapes.iter().enumerate();
+        let shapes = shapes.filter(|(_, shape)| shape.emission.is_some_and(is_bright));
+        let mut shapes = shapes.map(|(index, _)| index);
+        let lights = scene.lights.iter().enumerate();
+        let lights = lights.filter(|(_, light)| is_bright(*light.kind.strength()));
+        let mut lights = lights.map(|(index, _)| index);
+        let is_on = |moved: &dyn Fn(usize) -> bool| {
+            let moving = (0..scene.motions.len()).filter(|motion| moved(*motion));
+            let strengths: Vec<_> = moving.flat_map(|m| &scene.motions[m].strength).collect();
+            let at = |time_s| strengths.iter().all(|strength| strength.at(time_s) > 0.0);
+            let mut times_s = sequence.frames.iter().map(|frame| sequence.time_s(*frame));
+            times_s.any(at)
+        };
+        Self {
+            shapes: shapes
+                .any(|index| is_on(&|motion| scene.motions[motion].shapes.contains(&index))),
+            points: lights
+                .any(|index| is_on(&|motion| scene.motions[motion].lights.contains(&index))),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -140,6 +219,58 @@ mod tests {
             tried(&format!("{FLOOR}emission = [1, 1, 1]\n"), technique, "").expect("a lamp");
         }
         tried(FLOOR, "ambient-occlusion", "").expect("needs no light");
+    }
+
+    #[test]
+    fn environments_that_factors_put_out_are_no_light() {
+        let tried = |environment: &str, more: &str| {
+            let scene = format!("environment = {environment}\n{FLOOR}{more}");
+            // Keys of the scene stand before its tables.
+            let folder = tempfile::tempdir().expect("a folder");
+            let file = folder.path().join("room.toml");
+            let (head, shapes) = scene.split_once('\n').expect("two parts");
+            std::fs::write(&file, format!("{head}\n{VIEW}{shapes}")).expect("writable");
+            let map = crate::image::Image {
+                width: 2,
+                height: 1,
+                pixels: vec![[1.0; 3]; 2],
+            };
+            crate::image::write_png(&folder.path().join("m.png"), &map, 0.0).expect("writable");
+            let text = format!(
+                "name = \"t\"\ntechnique = \"path-tracing\"\nsize = [8, 6]\nsamples = 1\n[[method]]\nid = \"paths\"\n[[scene]]\nname = {:?}\n",
+                file.display().to_string()
+            );
+            let file = Path::new("c.toml").into();
+            let plan = plan(&Source { file, text }, &[]);
+            plan.map(drop).map_err(|error| error.to_string())
+        };
+        for black in [
+            "{ kind = \"sky\", sun = false, sky = false }",
+            "{ kind = \"sky\", scale = 0 }",
+            "{ kind = \"map\", path = \"m.png\", scale = 0 }",
+        ] {
+            let error = tried(black, "").expect_err(black);
+            assert!(error.contains("has no light"), "{error}");
+            tried(black, "emission = [1, 1, 1]\n").expect("a lamp");
+        }
+        tried("{ kind = \"constant\", radiance = 0 }", "").expect("meant to be black");
+        tried("{ kind = \"sky\", sun = false }", "").expect("a sky");
+    }
+
+    #[test]
+    fn paths_that_are_too_short_for_any_light_are_refused() {
+        let point = "[[light]]\nkind = \"point\"\nposition = [0, 2, 0]\nintensity = 1\n";
+        let lit = format!("{FLOOR}{point}");
+        let lamp = format!("{FLOOR}emission = 1\n");
+        for technique in ["path-tracing", "radiance"] {
+            let error = tried(&lit, technique, "max_depth = 1").expect_err("a point");
+            assert!(error.contains("max_depth to 2"), "{error}");
+            tried(&lit, technique, "max_depth = 2").expect("a lit floor");
+            tried(&lamp, technique, "max_depth = 1").expect("a lamp");
+            let error = tried(&lamp, technique, "max_depth = 0").expect_err("nothing");
+            assert!(error.contains("max_depth"), "{error}");
+        }
+        tried(&lit, "direct-lighting", "max_depth = 1").expect("takes no depth");
     }
 
     #[test]

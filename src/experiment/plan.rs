@@ -406,7 +406,8 @@ impl Planner<'_> {
         description
             .require_files(technique.needs(), choice.incomplete)
             .map_err(|error| scene.error("name", error.to_string()))?;
-        darkness::refuse_declared(technique.needs(), description, &sequence)
+        let shown = darkness::Shown::of(entry.about.id, technique.needs(), description);
+        darkness::refuse_declared(shown, description, &sequence)
             .map_err(|message| scene.error("name", message))?;
         if let Some(transform) = &choice.transform {
             transform
