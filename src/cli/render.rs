@@ -105,6 +105,14 @@ fn experiment(args: &ContenderArgs) -> Result<Config, Failure> {
                 unit.most, unit.heading, entry.about.id
             )));
         }
+        if method.eq_ignore_ascii_case(EXACT) {
+            let contenders = (entry.contenders)();
+            let example = contenders.first().map_or("", |listed| &listed.id);
+            return Err(Failure::usage(format!(
+                "--budget {count}: `{EXACT}`, the method of this image, has no budget but the samples of --spp: give those, or \
+                 another method, for example --method {example}"
+            )));
+        }
         scene.insert(unit.key.into(), (count as i64).into());
     }
     let mut sequence = Table::new();

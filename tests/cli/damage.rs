@@ -152,6 +152,10 @@ fn numbers_out_of_range_are_refused_in_the_words_of_the_command() {
             "--budget 0: expected 1 to 16777216 paths a pixel",
         ),
         (
+            [&paths[..], &["8"]].concat(),
+            "--budget 8: `reference`, the method of this image, has no budget but the samples of --spp",
+        ),
+        (
             [&render[..], &["--budget", "99999999999"]].concat(),
             "--budget 99999999999: expected 1 to 4294967295 records",
         ),
