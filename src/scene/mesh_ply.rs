@@ -12,7 +12,7 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyAccess, PropertyType,
 
 use self::entries::{Face, Skipped, Strip, Vertex};
 use super::mesh::FileMesh;
-use super::ply_text::{PlainPly, plain_ply, plainly};
+use super::ply_text::{PlainPly, line_of_file, plain_ply, plainly};
 use super::polygon::triangles_of;
 use super::text::file_error;
 use super::{Mesh, SceneError};
@@ -32,14 +32,19 @@ pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<FileMesh, SceneErro
     if let Some(kind) = other_kind(bytes) {
         return Err(file_error(path, format!("this is no PLY file: {kind}")));
     }
-    let PlainPly { bytes, notes } = plain_ply(bytes).map_err(|why| file_error(path, why))?;
+    let PlainPly {
+        bytes,
+        notes,
+        blank_lines,
+    } = plain_ply(bytes).map_err(|why| file_error(path, why))?;
     let mut reader = Reader::new(Cursor::new(bytes.as_ref()));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
-        .map_err(|e| located(path, &e, None))?;
+        .map_err(|e| located(path, &e, None, &[]))?;
     let mut file = PlyFile {
         header: &header,
         path,
+        blank_lines: &blank_lines,
         read: FileMesh::default(),
         faces: None,
     };
@@ -57,6 +62,8 @@ pub(super) fn parse_ply(bytes: &[u8], path: &Path) -> Result<FileMesh, SceneErro
 struct PlyFile<'a> {
     header: &'a Header,
     path: &'a Path,
+    /// Of the text, those that the parser does not see.
+    blank_lines: &'a [usize],
     read: FileMesh,
     /// Those of faces, then of strips; none before either was met.
     faces: Option<Vec<Face>>,
@@ -77,6 +84,14 @@ impl PlyFile<'_> {
                 Some(axis) if name == "vertex" => {
                     format!("element `vertex` has no property `{axis}`")
                 }
+                None if name == "vertex" && count > 0 => match list_for_number(element) {
+                    Some(property) => {
+                        format!(
+                            "property `{property}` of `vertex` is a list: it must be one number"
+                        )
+                    }
+                    None => return Ok(()),
+                },
                 _ if matches!(name, "face" | "tristrips") && count > 0 => {
                     match wrong_corners(element) {
                         Some(why) => format!("element `{name}`: {why}"),
@@ -146,7 +161,7 @@ impl PlyFile<'_> {
         let read = Parser::<E>::new().read_payload_for_element(reader, element, self.header);
         let binary = self.header.encoding != Encoding::Ascii;
         let offset = binary.then(|| reader.get_ref().position());
-        read.map_err(|e| located(self.path, &e, offset))
+        read.map_err(|e| located(self.path, &e, offset, self.blank_lines))
     }
 
     fn note(&mut self, what: String) {
@@ -195,7 +210,22 @@ impl PlyFile<'_> {
     }
 }
 
-fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
+/// A coordinate, part of a normal or texture coordinate that is declared as a list. (Colours are told of elsewhere.)
+fn list_for_number(element: &ElementDef) -> Option<&'static str> {
+    let is_list = |name: &&str| {
+        let property = element.properties.get(*name);
+        property.is_some_and(|p| matches!(p.data_type, PropertyType::List(..)))
+    };
+    let numbers = ["x", "y", "z", "nx", "ny", "nz"].into_iter();
+    numbers.chain(UV_NAMES.into_iter().flatten()).find(is_list)
+}
+
+fn located(
+    path: &Path,
+    error: &ParseError,
+    offset: Option<u64>,
+    blank_lines: &[usize],
+) -> SceneError {
     let text = error.to_string();
     let message = text.split_once(": ").filter(|_| error.line().is_some());
     let message = message.map_or(text.as_str(), |(_, rest)| rest);
@@ -203,7 +233,7 @@ fn located(path: &Path, error: &ParseError, offset: Option<u64>) -> SceneError {
     match (offset, error.line()) {
         (None, Some(line)) => SceneError::At {
             file: path.to_owned(),
-            line,
+            line: line_of_file(line, blank_lines),
             column: 1,
             message,
         },

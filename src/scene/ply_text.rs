@@ -7,10 +7,32 @@ pub(super) struct PlainPly<'a> {
     pub bytes: Cow<'a, [u8]>,
     /// What of it is left out.
     pub notes: Vec<String>,
+    /// Lines of the file, counted from 1, that are left out since nothing stands in them.
+    pub blank_lines: Vec<usize>,
 }
 
-/// The file as the parser understands it, with as many lines: without a byte order mark and characters beyond ASCII in the
-/// header (comments may have them in any encoding), without blank lines there, with line feeds where lines end in carriage
+/// The line of the file, given that of the plain one and the blank lines that were left out.
+pub(super) fn line_of_file(plain_line: usize, blank_lines: &[usize]) -> usize {
+    let before = |line: usize, blank: &usize| line + usize::from(*blank <= line);
+    blank_lines.iter().fold(plain_line, before)
+}
+
+/// Adds the lines of a body in which something stands, and the first, which ends the header. Returns the others.
+fn push_filled(plain: &mut Vec<u8>, body: &[u8]) -> Vec<usize> {
+    let header_lines = plain.iter().filter(|&&byte| byte == b'\n').count();
+    let mut blank_lines = Vec::new();
+    for (number, line) in body.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        if number > 0 && line.trim_ascii().is_empty() {
+            blank_lines.push(header_lines + number + 1);
+        } else {
+            plain.extend(line);
+        }
+    }
+    blank_lines
+}
+
+/// The file as the parser understands it, with as many lines but the blank ones of a text: without a byte order mark and
+/// characters beyond ASCII in the header (comments may have them in any encoding), without blank lines there, with line feeds where lines end in carriage
 /// returns alone, and in text with numbers for what is none: vertices that are not finite are left to whoever uses them, as
 /// in OBJ files. Text whose entries do not stand in lines of their own is laid out anew.
 ///
@@ -18,11 +40,12 @@ pub(super) struct PlainPly<'a> {
 /// A sentence, where the header cannot mean what it says.
 pub(super) fn plain_ply(bytes: &[u8]) -> Result<PlainPly<'_>, String> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut notes = Vec::new();
+    let (mut notes, mut blank_lines) = (Vec::new(), Vec::new());
     let Some(end) = end_of_header(bytes) else {
         return Ok(PlainPly {
             bytes: Cow::Borrowed(bytes),
             notes,
+            blank_lines,
         });
     };
     let (header, body) = bytes.split_at(end);
@@ -34,12 +57,14 @@ pub(super) fn plain_ply(bytes: &[u8]) -> Result<PlainPly<'_>, String> {
         (true, _) => {
             let body = with_feeds(&finite_words(body));
             match declared.layout(&body) {
-                Layout::Lines => plain.extend(body),
+                Layout::Lines => {
+                    blank_lines = push_filled(&mut plain, &body);
+                }
                 Layout::Longer(lines) => {
                     notes.push(format!(
                         "{lines} lines have more values than the header declares, these are left out"
                     ));
-                    plain.extend(body);
+                    blank_lines = push_filled(&mut plain, &body);
                 }
                 Layout::Other(laid) => {
                     plain.push(b'\n');
@@ -57,6 +82,7 @@ pub(super) fn plain_ply(bytes: &[u8]) -> Result<PlainPly<'_>, String> {
     Ok(PlainPly {
         bytes: Cow::Owned(plain),
         notes,
+        blank_lines,
     })
 }
 
@@ -229,14 +255,35 @@ fn plain_header(header: &[u8]) -> Vec<u8> {
     plain
 }
 
-/// A text whose lines end in line feeds, whether they did or in carriage returns.
+/// A text whose lines end in line feeds, whether they did or in carriage returns. (Of two returns before a line feed the
+/// first is a blank.)
 fn with_feeds(text: &[u8]) -> Vec<u8> {
-    let alone = |i: usize| text[i] == b'\r' && text.get(i + 1) != Some(&b'\n');
-    let feed = |i: usize| if alone(i) { b'\n' } else { text[i] };
+    let feed = |i: usize| match (text[i], &text[i + 1..]) {
+        (b'\r', [b'\r', b'\n', ..]) => b' ',
+        (b'\r', [b'\n', ..]) => b'\r',
+        (b'\r', _) => b'\n',
+        (byte, _) => byte,
+    };
     (0..text.len()).map(feed).collect()
 }
 
-/// A text in which `nan`, `inf` and what C libraries print for them are numbers beyond all that are finite.
+/// Adds a number as the parser takes it: without a plus, and with digits on both sides of a point that has some on one.
+fn push_number(out: &mut Vec<u8>, word: &[u8]) {
+    let word = match word {
+        [b'+', rest @ ..] if !rest.starts_with(b"-") && !rest.starts_with(b"+") => rest,
+        _ => word,
+    };
+    let digit = |i: usize| word.get(i).is_some_and(u8::is_ascii_digit);
+    for (i, &byte) in word.iter().enumerate() {
+        let before = i.checked_sub(1).is_some_and(digit);
+        let is_point = byte == b'.' && (before || digit(i + 1));
+        out.extend((is_point && !before).then_some(b'0'));
+        out.push(byte);
+        out.extend((is_point && !digit(i + 1)).then_some(b'0'));
+    }
+}
+
+/// A text in which numbers are as the parser takes them, and `nan`, `inf` and what C libraries print for them are numbers beyond all that are finite.
 fn finite_words(body: &[u8]) -> Vec<u8> {
     let is_number = |word: &[u8]| {
         let numeric = |b: &u8| b.is_ascii_digit() || b"+-.eE".contains(b);
@@ -247,11 +294,16 @@ fn finite_words(body: &[u8]) -> Vec<u8> {
         let end = word.iter().position(u8::is_ascii_whitespace);
         let (word, blank) = word.split_at(end.unwrap_or(word.len()));
         let lower = String::from_utf8_lossy(word).to_lowercase();
-        let odd = !is_number(word)
+        let numeric = is_number(word);
+        let odd = !numeric
             && ["nan", "inf", "#ind", "#qnan"]
                 .iter()
                 .any(|n| lower.contains(n));
-        out.extend(if odd { b"1e999".as_slice() } else { word });
+        match (odd, numeric) {
+            (true, _) => out.extend(b"1e999"),
+            (_, true) => push_number(&mut out, word),
+            _ => out.extend(word),
+        }
         out.extend(blank);
     }
     out

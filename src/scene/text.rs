@@ -8,7 +8,7 @@ use crate::other_kind::other_kind;
 pub(super) use crate::suggest::{advice, nearest};
 
 /// The text of a file in UTF-8, with or without a byte order mark, in UTF-16 with one, or else in Latin-1, which has a
-/// character for every byte. Carriage returns end lines alone as well.
+/// character for every byte. Carriage returns end lines alone as well, and two before a line feed are one end.
 pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let bare = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = match (std::str::from_utf8(bare), wide_units(bytes)) {
@@ -17,7 +17,10 @@ pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
         (_, None) => Cow::Owned(bare.iter().map(|&byte| char::from(byte)).collect()),
     };
     match text.contains('\r') {
-        true => Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")),
+        true => {
+            let text = text.replace("\r\r\n", "\n").replace("\r\n", "\n");
+            Cow::Owned(text.replace('\r', "\n"))
+        }
         false => text,
     }
 }

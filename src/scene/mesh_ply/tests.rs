@@ -65,6 +65,55 @@ fn comments_in_any_encoding_and_returns_alone_are_read() {
 }
 
 #[test]
+fn numbers_are_read_as_c_libraries_read_them() {
+    let text = ASCII.replace("0 1 0.5 0 0 1 0 1\n", "+.5e+0 1.e0 -.5 0. 0 +1 0 1.\n");
+    let mesh = parse(text.as_bytes()).unwrap();
+    assert_eq!(mesh.positions[3], DVec3::new(0.5, 1.0, -0.5));
+    for word in [".", "-", "+-1", "1..", "1.2.3", "e5"] {
+        let text = ASCII.replace("0 1 0.5", &format!("{word} 1 0.5"));
+        assert!(parse(text.as_bytes()).is_err(), "{word}");
+    }
+}
+
+#[test]
+fn blank_lines_may_stand_among_entries_and_lines_end_in_two_returns() {
+    let (head, body) = ASCII.split_once("end_header\n").unwrap();
+    let loose = |body: &str| format!("{head}end_header\n\n{}\n\n", body.replace('\n', "\n \n"));
+    for text in [loose(body), ASCII.replace('\n', "\r\r\n")] {
+        let read = read(text.as_bytes()).unwrap();
+        assert_eq!(read.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    }
+    // Lines of the file are told.
+    let damaged = body.replace("1 1 0 0 0 1 1 1", "1 1 0 0 0 x 1 1");
+    let error = parse(loose(&damaged).as_bytes()).unwrap_err();
+    assert!(error.starts_with("t.ply:23:1: "), "{error}");
+    let longer = loose(&body.replace("1 1 0 0 0 1 1 1", "1 1 0 0 0 1 1 1 5"));
+    let read = read(longer.as_bytes()).unwrap();
+    assert!(
+        read.notes[0].contains("1 lines have more values"),
+        "{:?}",
+        read.notes
+    );
+}
+
+#[test]
+fn numbers_that_are_declared_as_lists_are_refused() {
+    for name in ["z", "ny", "t"] {
+        let text = ["float", "double"]
+            .iter()
+            .fold(ASCII.to_owned(), |text, kind| {
+                text.replace(
+                    &format!("property {kind} {name}\n"),
+                    &format!("property list uchar float {name}\n"),
+                )
+            });
+        let error = parse(text.as_bytes()).unwrap_err();
+        let told = format!("property `{name}` of `vertex` is a list: it must be one number");
+        assert!(error.contains(&told), "{error}");
+    }
+}
+
+#[test]
 fn vertices_that_are_not_finite_are_kept_for_whoever_uses_them() {
     for word in ["nan", "-NAN", "inf", "-1.#IND"] {
         let text = ASCII.replace("0 1 0.5 0 0 1 0 1\n", &format!("{word} 1 0.5 0 0 1 0 1\n"));
