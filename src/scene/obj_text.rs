@@ -109,9 +109,12 @@ impl PlainObj {
                 self.text.push_str(&bare(statement).replacen("fo", "f", 1));
                 None
             }
-            "usemtl" if words.next().is_none() => {
+            // The parser wants a blank behind it, and a name.
+            "usemtl" => {
+                let name = statement.trim_start()["usemtl".len()..].trim();
+                let name = if name.is_empty() { NAMELESS } else { name };
                 self.text.push_str("usemtl ");
-                self.text.push_str(NAMELESS);
+                self.text.push_str(name);
                 None
             }
             "l" => Some("lines (`l`)".to_owned()),
@@ -175,6 +178,12 @@ mod tests {
             plain_obj(text.as_bytes()).text,
             "v 0 0 0 \nf 1   2 3\n\n\nv 1 2 3\nusemtl (nameless)\nusemtl wood#1\n"
         );
+    }
+
+    #[test]
+    fn names_of_materials_may_stand_behind_any_blanks() {
+        let plain = plain_obj(b"usemtl\twood oak\n usemtl  \t b \nusemtl\t\n");
+        assert_eq!(plain.text, "usemtl wood oak\nusemtl b\nusemtl (nameless)\n");
     }
 
     #[test]
