@@ -12,6 +12,22 @@ use super::sweep::Sweep;
 /// Most jobs of a plan: as many as lists and pages of them are good for.
 const MOST_JOBS: u64 = 1_000_000;
 
+/// Most samples of a pixel: what is kept of them while a tile is drawn grows with their number.
+const MOST_SAMPLES: u32 = 1 << 16;
+
+/// Refuses more samples a pixel than [`MOST_SAMPLES`], and experiments of no sample or repeat.
+pub(super) fn check_samples(source: &Source, config: &Config) -> Result<(), ConfigError> {
+    let (key, message) = match (config.spp, config.repeats) {
+        (1..=MOST_SAMPLES, 1..) => return Ok(()),
+        (1..=MOST_SAMPLES, _) => ("repeats", "repeats: expected at least 1".to_owned()),
+        (spp, _) => {
+            let message = format!("spp: expected 1 to {MOST_SAMPLES} samples a pixel, found {spp}");
+            ("spp", message)
+        }
+    };
+    Err(source.error(&[key], message))
+}
+
 /// Refuses more jobs than [`MOST_JOBS`] before they are made.
 pub(super) fn check_count(
     source: &Source,
@@ -254,6 +270,31 @@ mod tests {
             assert!(message.starts_with(expected), "{message}");
         }
         refused("environment = [\"gym\"]\n[[scene]]\nname = \"still-puzzle\"").expect("a job");
+    }
+
+    #[test]
+    fn samples_have_bounds() {
+        let check = |lines: &str| {
+            let text = format!("name = \"t\"\ntechnique = \"t\"\n{lines}\nscene = []\nmethod = []");
+            let config: Config = toml::from_str(&text).expect("a config");
+            let source = Source {
+                file: "c.toml".into(),
+                text,
+            };
+            check_samples(&source, &config).map_err(|error| error.to_string())
+        };
+        check("spp = 65536").expect("many");
+        for (lines, told) in [
+            (
+                "spp = 0",
+                "c.toml:3:1: spp: expected 1 to 65536 samples a pixel, found 0",
+            ),
+            ("spp = 65537", "c.toml:3:1: spp: expected 1 to 65536"),
+            ("repeats = 0", "c.toml:3:1: repeats: expected at least 1"),
+        ] {
+            let error = check(lines).expect_err(lines);
+            assert!(error.starts_with(told), "{error}");
+        }
     }
 
     #[test]

@@ -277,11 +277,7 @@ impl Planner<'_> {
             let path = ["parameters", &error.key];
             self.source.error(&path, error.message)
         })?;
-        if config.spp == 0 || config.repeats == 0 {
-            return Err(self
-                .source
-                .error(&["spp"], "spp and repeats must be at least 1".into()));
-        }
+        limits::check_samples(self.source, config)?;
         let methods = self.methods(built.as_ref())?;
         for index in 0..config.scene.len() {
             for scene in find_scenes(self.source, config, index, &mut plan.notes)? {

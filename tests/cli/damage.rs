@@ -156,6 +156,14 @@ fn numbers_out_of_range_are_refused_in_the_words_of_the_command() {
             "--budget 8: `reference`, the method of this image, has no budget but the samples of --spp",
         ),
         (
+            [&render[..], &["--spp", "16777216"]].concat(),
+            "spp: expected 1 to 65536",
+        ),
+        (
+            vec!["run", "tiny.toml", "spp=1,16777216"],
+            "spp: expected 1 to 65536",
+        ),
+        (
             [&render[..], &["--budget", "99999999999"]].concat(),
             "--budget 99999999999: expected 1 to 4294967295 records",
         ),
