@@ -376,7 +376,7 @@ fn turned(
 impl Frames {
     fn numbers(&self) -> Result<Vec<u32>, String> {
         let frames = match self {
-            Self::Count(count) => (0..*count).collect(),
+            Self::Count(count) => (0..*count).take(MOST_FRAMES + 1).collect(),
             Self::List(frames) => frames.clone(),
             Self::Range(text) => range(text)?,
         };

@@ -55,6 +55,19 @@ fn frames_may_be_counted_ranged_and_listed() {
 }
 
 #[test]
+fn more_frames_than_a_sequence_has_are_refused_before_they_are_made() {
+    for text in [
+        "frames = 100001",
+        "frames = 4000000000",
+        "frames = \"0..4000000000\"",
+        "frames = \"0..4000000000..2\"",
+    ] {
+        let error = resolve(text).expect_err(text);
+        assert!(error.contains("expected 1 to 100000 of them"), "{error}");
+    }
+}
+
+#[test]
 fn viewers_follow_paths_and_rules() {
     let places = |text: &str| {
         let sequence = resolve(&format!("frames = 1\n{text}")).expect(text);
