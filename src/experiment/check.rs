@@ -35,9 +35,23 @@ pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), Confi
         }
     }
     for (index, table) in config.table.iter().enumerate() {
+        if table.metrics.is_empty() && table.kind.shows_metrics() {
+            let message = "metrics: an empty list leaves the table no column: name some, or leave the key out for rmse and flip_ldr";
+            return Err(source.error(&["table", &index.to_string(), "metrics"], message.into()));
+        }
         for column in table.metrics.iter().chain([&table.cost]) {
             names.column(column).map_err(|message| {
                 source.error(&["table", &index.to_string(), "metrics"], message)
+            })?;
+        }
+    }
+    for (index, published) in config.published.iter().enumerate() {
+        let index = index.to_string();
+        for column in published.values.keys() {
+            // Of `averages`: the mean rank by a column.
+            let column = column.strip_prefix("rank_").unwrap_or(column);
+            names.column(column).map_err(|message| {
+                source.error(&["published", &index, "values", column], message)
             })?;
         }
     }
@@ -363,6 +377,42 @@ expect = "EXPECT"
         }
         let error = planned(gate, r#"["attic"]"#).expect_err("unknown");
         assert!(error.starts_with("c.toml:22:1: scenes: no"), "{error}");
+    }
+
+    #[test]
+    fn published_numbers_are_of_columns() {
+        let planned = |values: &str| {
+            planned_with(&format!(
+                "\n[[published]]\nwhere = \"Table 1\"\nscene = \"*\"\nmethod = \"IM\"\nvalues = {values}"
+            ))
+        };
+        planned("{ rmse = 1, flip = 1, rank_rmse = 2, seconds_placement = 3, sigma_a_deg = 4 }")
+            .expect("plans");
+        let error = planned("{ rmse = 1, rmes = 1 }").expect_err("unknown");
+        assert!(
+            error.starts_with("c.toml:") && error.contains("`rmes`; did you mean `rmse`?"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn tables_have_a_column_at_least() {
+        let planned = |keys: &str| planned_with(&format!("\n[[table]]\nname = \"t\"\n{keys}"));
+        for kind in [
+            "methods",
+            "averages",
+            "sweep",
+            "change",
+            "equal-cost",
+            "equal-error",
+        ] {
+            let error = planned(&format!("kind = \"{kind}\"\nmetrics = []")).expect_err(kind);
+            assert!(
+                error.starts_with("c.toml:22:1: metrics: an empty list"),
+                "{error}"
+            );
+        }
+        planned("kind = \"stages\"\nmetrics = []").expect("its columns are others");
     }
 
     #[test]

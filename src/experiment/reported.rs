@@ -50,6 +50,13 @@ pub enum TableKind {
     EqualError,
 }
 
+impl TableKind {
+    /// Whether its columns are those that `metrics` names.
+    pub fn shows_metrics(self) -> bool {
+        self != Self::Stages
+    }
+}
+
 fn default_cost() -> String {
     "all_rays".into()
 }
