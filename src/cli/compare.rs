@@ -21,10 +21,6 @@ pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
     if let (Some(folder), Some(maps)) = (&args.out, &result.maps) {
         write_maps(folder, maps)?;
     }
-    if result.translucent > 0 {
-        let pixels = result.translucent;
-        tell!("note: {pixels} pixels are not opaque; their alpha is left out");
-    }
     for note in &result.notes {
         tell!("note: {note}");
     }

@@ -1,6 +1,7 @@
 //! Layers of OpenEXR files.
 
 use super::error::MAX_PIXELS;
+use super::exr_picture::{PictureLayer, picture_of};
 use super::exr_write::ATTRIBUTE;
 use super::guard::{decoded, exr_bytes_a_byte, holds};
 use super::primaries::to_rec709;
@@ -95,12 +96,6 @@ pub(super) fn decode_layers(path: &Path, bytes: &[u8]) -> Result<LayeredImage, I
     Ok(picture)
 }
 
-/// Last parts of the names of channels that OpenEXR reserves for depth, alpha and identities.
-const NO_PICTURES: [&str; 7] = ["z", "zback", "a", "ar", "ag", "ab", "id"];
-
-/// Last parts of the names of layers that hold the finished picture.
-const FINISHED: [&str; 6] = ["combined", "composite", "beauty", "image", "rgba", "rgb"];
-
 /// What part of a picture a file holds.
 struct Frame {
     display: IntegerBounds,
@@ -181,11 +176,14 @@ pub(super) fn decode_picture(
     bytes: &[u8],
 ) -> Result<ExrPicture, ImageError> {
     let file = decode_layers(path, bytes)?;
-    let index = match layer {
-        Some(name) => file.layers.iter().position(|layer| layer.name == name),
+    let found = match layer {
+        Some(name) => {
+            let index = file.layers.iter().position(|layer| layer.name == name);
+            index.map(PictureLayer::of)
+        }
         None => picture_of(path, &file.layers)?,
     };
-    let Some(index) = index else {
+    let Some(PictureLayer { index, passed_over }) = found else {
         let names: Vec<_> = file
             .layers
             .iter()
@@ -240,7 +238,8 @@ pub(super) fn decode_picture(
     let note =
         || format!("its pixels are {aspect} times as wide as high: they are taken for square");
     let odd_shape = (!is_square).then(note);
-    let unheeded = odd_shape.into_iter().chain(foreign_space(&file)).collect();
+    let unheeded = odd_shape.into_iter().chain(foreign_space(&file));
+    let unheeded = passed_over.into_iter().chain(unheeded).collect();
     Ok(ExrPicture {
         image,
         translucent,
@@ -283,51 +282,6 @@ fn other_parts_of(file: &LayeredImage, chosen: &Layer) -> Option<&'static str> {
         Samples::Gray(_) if has("RY") || has("BY") => Some("`RY` and `BY`"),
         _ => None,
     }
-}
-
-/// Index of the layer that is the picture, if there is one.
-fn picture_of(path: &Path, layers: &[Layer]) -> Result<Option<usize>, ImageError> {
-    let is_color = |layer: &Layer| matches!(layer.samples, Samples::Color(_));
-    let colours: Vec<usize> = (0..layers.len())
-        .filter(|&i| is_color(&layers[i]))
-        .collect();
-    if let Some(unnamed) = colours.iter().find(|&&i| layers[i].name.is_empty()) {
-        return Ok(Some(*unnamed));
-    }
-    let last_part = |i: usize| {
-        layers[i]
-            .name
-            .rsplit('.')
-            .next()
-            .unwrap_or("")
-            .to_lowercase()
-    };
-    let finished: Vec<usize> = FINISHED
-        .iter()
-        .map(|word| {
-            colours
-                .iter()
-                .copied()
-                .filter(|&i| last_part(i) == *word)
-                .collect()
-        })
-        .find(|found: &Vec<usize>| !found.is_empty())
-        .unwrap_or_else(|| colours.clone());
-    match finished[..] {
-        [] => {}
-        [only] => return Ok(Some(only)),
-        _ => {
-            let names: Vec<&str> = finished.iter().map(|&i| layers[i].name.as_str()).collect();
-            return Err(ImageError::SeveralLayers {
-                path: path.to_owned(),
-                found: names.join(", "),
-                first: names[0].to_owned(),
-            });
-        }
-    }
-    let unnamed = layers.iter().position(|layer| layer.name.is_empty());
-    let only = layers.len() == 1 && !NO_PICTURES.contains(&last_part(0).as_str());
-    Ok(unnamed.or(only.then_some(0)))
 }
 
 /// Width and height of the display window.

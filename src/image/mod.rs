@@ -9,6 +9,7 @@ mod area;
 mod atomic;
 mod color;
 mod error;
+mod exr_picture;
 mod exr_read;
 mod exr_write;
 mod false_color;

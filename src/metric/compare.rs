@@ -196,8 +196,12 @@ pub fn compare_files(
     let notes = paths.iter().zip([&reference, &test]);
     let notes = notes
         .flat_map(|(path, picture)| {
-            let all = picture.window.iter().chain(&picture.unheeded);
-            all.map(|note| format!("{}: {note}", path.display()))
+            let pixels = picture.translucent;
+            let alpha = (pixels > 0)
+                .then(|| format!("{pixels} pixels are not opaque; their alpha is left out"));
+            let all = picture.window.iter().chain(&picture.unheeded).cloned();
+            all.chain(alpha)
+                .map(|note| format!("{}: {note}", path.display()))
         })
         .collect();
     let (mut reference, reference_encoding) = (reference.image, reference.encoding);

@@ -49,3 +49,17 @@ fn scenes_beyond_single_precision_fail_with_a_reason() {
         std::fs::remove_dir_all(place.path().join("out")).expect("removable");
     }
 }
+
+#[test]
+fn compared_files_with_alpha_are_named() {
+    let place = Place::new();
+    for (name, alpha) in [("solid.png", 255), ("clear.png", 7)] {
+        let picture = image::RgbaImage::from_pixel(16, 16, image::Rgba([9, 9, 9, alpha]));
+        picture.save(place.path().join(name)).expect("writable");
+    }
+    let output = place.lightbench(&["compare", "solid.png", "clear.png"]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    let note = "note: clear.png: 256 pixels are not opaque; their alpha is left out";
+    assert!(output.err.contains(note), "{}", output.err);
+    assert!(!output.err.contains("solid.png"), "{}", output.err);
+}
