@@ -1,5 +1,7 @@
 //! Headers of Radiance HDR files as programs write them.
 
+use super::hdr_flat::{coded_rows, is_flat};
+
 /// What a header says, and where the picture behind it begins.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct HdrHeader {
@@ -86,11 +88,16 @@ impl HdrHeader {
         Ok(header)
     }
 
-    /// The file with a header that says nothing but the size.
+    /// The file with a header that says nothing but the size, and rows that the decoder takes for what they are.
     pub fn plain(&self, bytes: &[u8]) -> Vec<u8> {
         let (width, height) = (self.width, self.height);
         let head = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n");
-        [head.as_bytes(), &bytes[self.start..]].concat()
+        let [width, height] = self.size();
+        let pixels = &bytes[self.start..];
+        match is_flat(width) {
+            true => [head.as_bytes(), &coded_rows(pixels, width, height)].concat(),
+            false => [head.as_bytes(), pixels].concat(),
+        }
     }
 
     /// The next line, without what ends it.

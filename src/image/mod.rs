@@ -16,6 +16,7 @@ mod false_color;
 #[cfg(test)]
 mod file_tests;
 mod guard;
+mod hdr_flat;
 mod hdr_header;
 mod layer;
 mod mean;
