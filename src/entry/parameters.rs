@@ -64,9 +64,23 @@ impl Parameter {
                 "" => String::new(),
                 unit => format!(" ({unit})"),
             };
-            let message = format!("{key} = {given}: expected {}{unit}", self.permitted());
+            let (given, permitted) = (shown(given), self.permitted());
+            let message = format!("{key} = {given}: expected {permitted}{unit}");
             ParameterError::new(key, message)
         })
+    }
+}
+
+/// A value in a message: a number that has many digits before or behind its point with an exponent.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Float(number) if *number != 0.0 && !(1e-6..1e15).contains(&number.abs()) => {
+            match number.is_finite() {
+                true => format!("{number:e}"),
+                false => value.to_string(),
+            }
+        }
+        _ => value.to_string(),
     }
 }
 

@@ -310,8 +310,10 @@ impl Planner<'_> {
             );
             return Err(scene.error("ao_distance", message));
         }
-        if !(distance.is_finite() && distance > 0.0) {
-            let message = "ao_distance: expected a distance above 0, scene units".into();
+        if !((distance as f32).is_finite() && distance as f32 > 0.0) {
+            let message = format!(
+                "ao_distance: expected a distance above 0, scene units, that single precision holds, found {distance:e}"
+            );
             return Err(scene.error("ao_distance", message));
         }
         parameters.insert("distance".into(), Value::Float(distance));

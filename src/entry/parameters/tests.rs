@@ -106,6 +106,11 @@ fn errors_name_the_key_what_was_given_and_what_is_expected() {
             "length = inf: expected a number above 0 (m)",
         ),
         (
+            "length = -1e-300",
+            "length",
+            "length = -1e-300: expected a number above 0 (m)",
+        ),
+        (
             "length = 'long'",
             "length",
             "length = \"long\": expected a number above 0 (m)",

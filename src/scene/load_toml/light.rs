@@ -1,5 +1,7 @@
 //! `[environment]` and `[[light]]`.
 
+use std::ops::RangeInclusive;
+
 use glam::{DMat4, DVec3};
 
 use super::Loader;
@@ -96,10 +98,17 @@ fn unit(keys: &Keys, direction: DVec3) -> Result<DVec3, SceneError> {
 
 /// Azimuth 0 is towards +z, 90 towards +x.
 fn sky(keys: &Keys) -> Result<EnvironmentDescription, SceneError> {
-    let elevation = keys
-        .number("sun_elevation_deg")?
-        .unwrap_or(45.0)
-        .to_radians();
+    let within = |key: &'static str, default: f64, range: RangeInclusive<f64>, expected: &str| {
+        let number = keys.number(key)?.unwrap_or(default);
+        match (range.contains(&number), keys.get(key)) {
+            (false, Some(value)) => Err(keys.wrong(key, value, expected)),
+            _ => Ok(number),
+        }
+    };
+    let upward = "0 to 180 degrees above the horizon";
+    let elevation = within("sun_elevation_deg", 45.0, 0.0..=180.0, upward)?.to_radians();
+    let turbidity = within("turbidity", 3.0, 1.0..=10.0, "a number from 1 to 10")?;
+    let albedo = within("albedo", 0.2, 0.0..=1.0, "a number from 0 to 1")?;
     let azimuth = keys.number("sun_azimuth_deg")?.unwrap_or(0.0).to_radians();
     Ok(EnvironmentDescription::SunSky {
         sun_direction: DVec3::new(
@@ -108,8 +117,8 @@ fn sky(keys: &Keys) -> Result<EnvironmentDescription, SceneError> {
             azimuth.cos() * elevation.cos(),
         ),
         zenith: DVec3::Y,
-        turbidity: keys.positive("turbidity")?.unwrap_or(3.0) as f32,
-        albedo: [keys.non_negative("albedo")?.unwrap_or(0.2) as f32; 3],
+        turbidity: turbidity as f32,
+        albedo: [albedo as f32; 3],
         sun: keys.boolean("sun", true)?,
         sun_irradiance: None,
         sun_aperture_deg: None,
@@ -153,6 +162,39 @@ mod tests {
             ),
         ] {
             assert_eq!(format!("{:?}", load(text).unwrap()), expected);
+        }
+    }
+
+    #[test]
+    fn wrong_skies_have_places() {
+        let load = |keys: &str| {
+            let text = format!(
+                "environment = {{ kind = \"sky\", {keys} }}\n{}",
+                HEAD.replace("[[light]]\n", "")
+            );
+            let scene = parse_toml(&text, Some(Path::new("scene.toml")), "s");
+            scene.map(drop).map_err(|error| error.to_string())
+        };
+        load("turbidity = 10, albedo = 1, sun_elevation_deg = 0").expect("a sky");
+        for (keys, expected) in [
+            (
+                "turbidity = 40",
+                "turbidity` of [environment] (sky): expected a number from 1 to 10, found 40",
+            ),
+            (
+                "albedo = 1.5",
+                "albedo` of [environment] (sky): expected a number from 0 to 1, found 1.5",
+            ),
+            (
+                "sun_elevation_deg = -5",
+                "sun_elevation_deg` of [environment] (sky): expected 0 to 180 degrees above the horizon, found -5",
+            ),
+        ] {
+            let error = load(keys).expect_err(keys);
+            assert!(
+                error.starts_with("scene.toml:1:") && error.contains(expected),
+                "{error}"
+            );
         }
     }
 

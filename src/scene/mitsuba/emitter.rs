@@ -161,6 +161,10 @@ impl<'a> Importer<'a> {
             None => [0.3; 3],
         };
         let turbidity = number("turbidity", 3.0)?;
+        if !(1.0..=10.0).contains(&turbidity) {
+            let message = format!("`turbidity` is a number from 1 to 10, not {turbidity}");
+            return Err(element.child("turbidity").unwrap_or(element).error(message));
+        }
         let scale = if sky { sky_scale } else { sun_scale };
         let elevation_rad = zenith.dot(sun_direction).clamp(0.0, 1.0).asin();
         let sun_irradiance = solar_irradiance(turbidity, elevation_rad)

@@ -79,11 +79,8 @@ fn parse(
     };
     let document = roxmltree::Document::parse_with_options(text, options).map_err(|e| {
         let at = e.pos();
-        let message = e.to_string();
-        let message = message
-            .rsplit_once(" at ")
-            .map_or(message.as_str(), |(m, _)| m)
-            .to_owned();
+        // The place stands before the message, or in its middle.
+        let message = e.to_string().replace(&format!(" at {at}"), "");
         SceneError::At {
             file: file.to_owned(),
             line: at.row as usize,

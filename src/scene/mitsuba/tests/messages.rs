@@ -153,6 +153,34 @@ fn whole_numbers_and_sensors_are_what_they_must_be() {
 }
 
 #[test]
+fn skies_that_no_model_has_are_told_with_their_place() {
+    let sky = "<emitter type='sky'><float name='turbidity' value='40'/></emitter>";
+    let told = error(&format!("{SENSOR}\n{sky}"));
+    assert_eq!(
+        told,
+        "dir/s.xml:2:21: `turbidity` is a number from 1 to 10, not 40"
+    );
+}
+
+#[test]
+fn messages_of_the_parser_are_whole_sentences() {
+    for (text, expected) in [
+        (
+            "<scene><shape type='cube' type='disk'/></scene>",
+            "s.xml:1:27: attribute 'type' is already defined",
+        ),
+        (
+            "<scene>\n<!-- a -- b --></scene>",
+            "s.xml:2:1: comment contains '--'",
+        ),
+    ] {
+        let told = parse_document(Path::new("s.xml"), text).map(|_| ());
+        let told = told.unwrap_err().to_string();
+        assert_eq!(told, expected);
+    }
+}
+
+#[test]
 fn what_is_around_glass_is_told() {
     let (_, notes) = material(
         "3.0.0",
