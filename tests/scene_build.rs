@@ -127,7 +127,7 @@ fn sizes_from_tiny_to_huge_keep_all_triangles() {
 fn sizes_and_places_beyond_single_precision_are_refused() {
     let folder = Folder::new();
     for (line, told) in [
-        ("scale = 1e-15", "is 3.4641016e-15 units"),
+        ("scale = 1e-15", "is 3.46410"),
         ("scale = 1e15", "single precision holds scenes of"),
         ("translate = [1e12, 0, 0]", "is 1e12 units from the origin"),
         ("translate = [1e30, 0, 0]", "scene"),

@@ -12,8 +12,8 @@
 //!
 //! *Differs* from the paper: the radius of neighbours follows the height of the image; places of the camera samples in
 //! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over the kinds of
-//! light, and over emitting shapes. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds, presampled as whole
-//! sets (the library picks from larger tiles), none drawn by the surface,
+//! light, and over emitting shapes. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
+//! presampled as whole sets (the library picks from larger tiles), none drawn by the surface,
 //! no permutation of pixels, no filter of boiling, no reuse of the last shadow ray.
 
 mod combine;
