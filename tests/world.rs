@@ -230,8 +230,13 @@ intensity = 1
         ),
         ("light = \"bulb\"", "emission", "the light `bulb` beyond"),
     ] {
+        // One motion is within, all of them together are beyond.
+        let (value, count) = match keyed {
+            "scale" => ("1e8", 3),
+            _ => ("1e30", 2),
+        };
         let motion = format!(
-            "[[motion]]\n{moved}\nkeys = [{{ time = 0, {keyed} = 1 }}, {{ time = 2, {keyed} = 1e30 }}]\n"
+            "[[motion]]\n{moved}\nkeys = [{{ time = 0, {keyed} = 1 }}, {{ time = 2, {keyed} = {value} }}]\n"
         );
         let declared = |motions: &str| {
             std::fs::write(&file, format!("{scene}{motions}")).expect("writable");
@@ -240,7 +245,7 @@ intensity = 1
             World::declared(scene, &description).map_err(|error| error.to_string())
         };
         declared(&motion).map(drop).expect(keyed);
-        let error = declared(&motion.repeat(2)).map(drop).expect_err(keyed);
+        let error = declared(&motion.repeat(count)).map(drop).expect_err(keyed);
         assert!(error.contains(expected), "{error} ({expected})");
         assert!(error.contains(" s: key smaller values"), "{error}");
     }

@@ -267,8 +267,8 @@ impl MovingShape {
     }
 }
 
-/// Coordinates up to which a box, and its diagonal, are finite in single precision.
-const FARTHEST: f64 = f32::MAX as f64 / 4.0;
+/// Coordinates that no scene has which single precision holds: 10⁸ times the largest diagonal.
+const FARTHEST: f64 = 1e17;
 
 /// An error of what motions take beyond that at a time.
 fn too_far(scene: &Scene, what: &str, time_s: f64) -> SceneError {
