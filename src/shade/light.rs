@@ -55,8 +55,8 @@ struct EmittingTriangle {
     /// Probability among all lights over the area: density per unit area.
     pdf_area: f32,
     centre: Vec3,
-    /// Squared distance from the centre within which a position is near.
-    near2: f32,
+    /// Squared longest edge.
+    edge2: f32,
 }
 
 /// A point of an emitting triangle that shines to a position.
@@ -79,7 +79,8 @@ impl EmittingTriangle {
 
     /// Whether places are spread over directions, not over the area, for a position: see [`near`].
     fn is_near(&self, position: Vec3) -> bool {
-        position.distance_squared(self.centre) < self.near2
+        let height = (position - self.corner).dot(self.normal);
+        near::is_near(position.distance_squared(self.centre), height, self.edge2)
     }
 
     /// The same, chosen among all lights.
@@ -242,7 +243,7 @@ impl<'a> Lights<'a> {
                     emission: emission.into(),
                     pdf_area: 0.0,
                     centre: (p0 + p1 + p2) / 3.0,
-                    near2: [p1 - p0, p2 - p1, p0 - p2]
+                    edge2: [p1 - p0, p2 - p1, p0 - p2]
                         .map(Vec3::length_squared)
                         .into_iter()
                         .fold(0.0, f32::max),

@@ -4,6 +4,17 @@
 
 use glam::DVec3;
 
+/// Height above a triangle, as a part of its longest edge, from which on places are spread over its area: no place then sends
+/// more than some times what all together do.
+const HIGHEST: f32 = 0.2;
+
+/// Whether a position at this squared distance from the centre of a triangle and at this height above it is near: `edge2` is its
+/// longest edge, squared.
+#[inline(always)]
+pub(super) fn is_near(distance2: f32, height: f32, edge2: f32) -> bool {
+    (distance2 < edge2) & (height > 0.0) & (height * height < HIGHEST * HIGHEST * edge2)
+}
+
 /// Solid angle, steradians, below which a triangle is not seen at all.
 const LEAST_SOLID_ANGLE: f64 = 1e-9;
 

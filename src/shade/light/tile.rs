@@ -3,7 +3,9 @@
 use glam::Vec3;
 use macro_rules_attribute::apply;
 
-use super::{Arriving, ChosenPlace, FacingPoint, LIGHT_GROUPS, LightPlace, Lights, Unshadowed};
+use super::{
+    Arriving, ChosenPlace, FacingPoint, LIGHT_GROUPS, LightPlace, Lights, Unshadowed, near,
+};
 use crate::image::luminance;
 use crate::instructions::compiled_for_avx512;
 use crate::sample::Rng;
@@ -26,9 +28,9 @@ pub struct TilePart {
     /// Points of emitting triangles.
     points: VectorLanes,
     normals: VectorLanes,
-    /// Their triangles' centres, and squared distances from there within which surfaces are near; zero of other lights.
+    /// Their triangles' centres, and squared longest edges; zero of other lights.
     centres: VectorLanes,
-    near2: Lanes,
+    edge2: Lanes,
     /// Radiance of emitting triangles; zero of other lights.
     emission: VectorLanes,
     /// Which places are at infinity, and what these send, whatever the surface; no irradiance of the others.
@@ -117,7 +119,7 @@ impl Default for TilePart {
             points: [[0.0; LANES]; 3],
             normals: [[0.0; LANES]; 3],
             centres: [[0.0; LANES]; 3],
-            near2: [0.0; LANES],
+            edge2: [0.0; LANES],
             emission: [[0.0; LANES]; 3],
             is_distant: [false; LANES],
             distant: Sent::default(),
@@ -151,7 +153,7 @@ impl TilePart {
             set(&mut self.points, lane, light.point(at));
             set(&mut self.normals, lane, light.normal);
             set(&mut self.centres, lane, light.centre);
-            self.near2[lane] = light.near2;
+            self.edge2[lane] = light.edge2;
             set(&mut self.emission, lane, light.emission);
             self.place(lane, lights, light.chosen(at));
         } else if let Some(chosen) = lights.choose_at(choice, at) {
@@ -221,7 +223,10 @@ impl TilePart {
 
     /// Whether a place is on a triangle that a position is near.
     fn is_near(&self, lane: usize, position: Vec3) -> bool {
-        position.distance_squared(get(&self.centres, lane)) < self.near2[lane]
+        let [point, normal, centre] =
+            [&self.points, &self.normals, &self.centres].map(|lanes| get(lanes, lane));
+        let height = (position - point).dot(normal);
+        near::is_near(position.distance_squared(centre), height, self.edge2[lane])
     }
 
     fn arriving(&self, lane: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
@@ -323,14 +328,20 @@ fn send(part: &TilePart, position: Vec3, sent: &mut Sent) {
 #[apply(compiled_for_avx512)]
 fn is_near_any(part: &TilePart, position: Vec3) -> bool {
     let [cx, cy, cz] = &part.centres;
+    let [px, py, pz] = &part.points;
+    let [nx, ny, nz] = &part.normals;
     let mut any = false;
     for lane in 0..LANES {
         let (x, y, z) = (
-            cx[lane] - position.x,
-            cy[lane] - position.y,
-            cz[lane] - position.z,
+            position.x - cx[lane],
+            position.y - cy[lane],
+            position.z - cz[lane],
         );
-        any |= x * x + y * y + z * z < part.near2[lane];
+        let distance2 = x * x + y * y + z * z;
+        let height = (position.x - px[lane]) * nx[lane]
+            + (position.y - py[lane]) * ny[lane]
+            + (position.z - pz[lane]) * nz[lane];
+        any |= near::is_near(distance2, height, part.edge2[lane]);
     }
     any
 }
