@@ -161,6 +161,7 @@ pub(super) fn same_scene(a: &Job, b: &Job) -> bool {
     a.technique == b.technique
         && a.found == b.found
         && a.environment == b.environment
+        && a.additions == b.additions
         && loaded(a) == loaded(b)
 }
 

@@ -31,7 +31,7 @@ pub(super) struct FoundScene<'a> {
 }
 
 /// Paths, lights, shapes and motions that a config adds to each of its scenes.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Additions {
     /// As `[[path]]`, `[[light]]`, `[[shape]]` and `[[motion]]` of a scene file.
     text: String,

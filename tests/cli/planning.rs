@@ -399,6 +399,15 @@ fn what_a_config_adds_can_be_for_some_of_its_scenes() {
     let one = planned(&ball("scenes = [\"ball\"]\n"));
     assert_eq!(one, [without[0].clone(), all[1].clone()]);
     assert!(without[0] != all[0] && without[1] != all[1]);
+    // One scene is not loaded for the other.
+    let output = place.lightbench(&["run", "room.toml", "--out", "out"]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    let images = one.iter().map(|id| {
+        let image = place.path().join("out/jobs").join(id).join("image.exr");
+        fs::read(image).expect("an image")
+    });
+    let images: Vec<Vec<u8>> = images.collect();
+    assert!(images[0] != images[1], "both scenes look the same");
     assert_eq!(planned(&ball("scenes = [\"room\"]\n")), all);
     for (scenes, expected) in [
         ("scenes = [\"bal\"]\n", "room.toml:1"),
