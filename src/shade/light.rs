@@ -1,5 +1,6 @@
 //! Choosing a light: emitting triangles, points, parallel light and the environment.
 
+mod choice;
 mod emit;
 mod even;
 mod guide;
@@ -17,6 +18,7 @@ pub use tile::{LightTile, Sent, TilePart};
 
 use glam::Vec3;
 
+use self::choice::{EmittingShape, Total, radiant_exitance};
 use self::guide::Guide;
 use self::near::SphericalTriangle;
 use super::surface::Interaction;
@@ -25,22 +27,22 @@ use crate::sample::Rng;
 use crate::scene::Scene;
 use crate::trace::{Ray, offset_origin};
 
-/// All lights of a scene. A group (triangles, points, parallel, environment) is chosen half by its power and half evenly, so
-/// that a strong light far away cannot starve a lamp; so is a shape among those that emit; all else by power.
+/// All lights of a scene: emitting shapes, points, parallel light and the environment. Each is chosen half by its power and
+/// half as often as any other, so that a strong light far away cannot starve a lamp; places on it are chosen by power.
 pub struct Lights<'a> {
     scene: &'a Scene,
     triangles: Vec<EmittingTriangle>,
     /// Running sums of the triangles' power.
     triangle_power: Vec<f64>,
-    /// Running sums of the probabilities with which they are chosen among each other.
-    triangle_chance: Vec<f64>,
+    /// Running sums of the probabilities with which triangles are chosen, and points and parallel light likewise.
+    triangle_sums: Vec<f64>,
     triangle_guide: Guide,
+    point_sums: Vec<f64>,
+    parallel_sums: Vec<f64>,
     /// Index of a shape's first entry in `triangles`, for shapes that emit.
     first_of_shape: Vec<Option<u32>>,
-    /// Running sums of the power of point and spot lights.
-    point_power: Vec<f64>,
-    parallel_power: Vec<f64>,
-    /// Probability of each group; all zero when nothing shines.
+    all: Total,
+    /// Probability of triangles, points, parallel light and the environment; all zero when nothing shines.
     groups: [f64; 4],
 }
 
@@ -159,65 +161,20 @@ impl<'a> Lights<'a> {
             scene,
             triangles: Vec::new(),
             triangle_power: Vec::new(),
-            triangle_chance: Vec::new(),
+            triangle_sums: Vec::new(),
             triangle_guide: Guide::default(),
+            point_sums: Vec::new(),
+            parallel_sums: Vec::new(),
             first_of_shape: vec![None; scene.shapes.len()],
-            point_power: Vec::new(),
-            parallel_power: Vec::new(),
+            all: Total::default(),
             groups: [0.0; 4],
         };
-        let area_power = lights.collect_triangles();
-        let point_power = lights.collect_points();
-        let radius = f64::from(scene.diagonal) * 0.5;
-        let disk = std::f64::consts::PI * radius * radius;
-        let mut parallel = 0.0;
-        for (_, irradiance) in &scene.directional_lights {
-            parallel += usable(*irradiance) * disk;
-            lights.parallel_power.push(parallel);
-        }
-        let sky = scene
-            .environment
-            .as_ref()
-            .map_or(0.0, |e| e.total_luminance() * disk);
-        lights.groups = mix([area_power, point_power, parallel, sky]);
-        lights.choose_triangles(area_power);
+        lights.collect_triangles();
+        lights.set_chances();
         lights
     }
 
-    /// Sets the probabilities of triangles: half by power and half evenly over their shapes, and in each by power.
-    fn choose_triangles(&mut self, power: f64) {
-        let shapes = self.scene.shapes.iter().zip(&self.first_of_shape);
-        let shapes = shapes.filter_map(|(shape, first)| {
-            let first = (*first)? as usize;
-            let range = first..first + shape.triangle_count as usize;
-            let before = |i: usize| i.checked_sub(1).map_or(0.0, |i| self.triangle_power[i]);
-            let of_shape = before(range.end) - before(range.start);
-            (of_shape > 0.0).then_some((range, of_shape))
-        });
-        let shapes: Vec<_> = shapes.collect();
-        let even = 0.5 / shapes.len() as f64;
-        self.triangle_chance = vec![0.0; self.triangles.len()];
-        for (range, of_shape) in shapes {
-            // Of each unit of power.
-            let chance = 0.5 / power + even / of_shape;
-            for index in range {
-                let light = &mut self.triangles[index];
-                let radiant_exitance =
-                    f64::from(luminance(light.emission.into())) * std::f64::consts::PI;
-                light.pdf_area = (radiant_exitance * chance * self.groups[0]) as f32;
-                let before = index.checked_sub(1).map_or(0.0, |i| self.triangle_power[i]);
-                self.triangle_chance[index] = (self.triangle_power[index] - before) * chance;
-            }
-        }
-        let mut sum = 0.0;
-        for chance in &mut self.triangle_chance {
-            sum += *chance;
-            *chance = sum;
-        }
-        self.triangle_guide = Guide::new(&self.triangle_chance);
-    }
-
-    fn collect_triangles(&mut self) -> f64 {
+    fn collect_triangles(&mut self) {
         let mut total = 0.0;
         let scene = self.scene;
         for (shape, first) in scene.shapes.iter().zip(&mut self.first_of_shape) {
@@ -233,7 +190,7 @@ impl<'a> Lights<'a> {
                 let doubled = edges[0].as_dvec3().cross(edges[1].as_dvec3());
                 let area = 0.5 * doubled.length();
                 let emission = shape.emission_of(number).unwrap_or_default();
-                total += area * usable(emission) * std::f64::consts::PI;
+                total += area * radiant_exitance(emission);
                 self.triangle_power.push(total);
                 self.triangles.push(EmittingTriangle {
                     number,
@@ -250,7 +207,6 @@ impl<'a> Lights<'a> {
                 });
             }
         }
-        total
     }
 
     /// Whether nothing shines.
@@ -285,7 +241,7 @@ impl<'a> Lights<'a> {
 
     /// The emitting triangle that a number in [0, 1) selects.
     fn pick_triangle(&self, choice: f64) -> usize {
-        self.triangle_guide.pick(&self.triangle_chance, choice)
+        self.triangle_guide.pick(&self.triangle_sums, choice)
     }
 
     fn sample_environment(&self, place: [f64; 2], from: &Interaction) -> Option<LightSample> {
@@ -336,7 +292,7 @@ impl<'a> Lights<'a> {
     }
 
     fn sample_parallel(&self, from: &Interaction, choice: f64) -> Option<LightSample> {
-        let index = pick(&self.parallel_power, choice);
+        let index = pick(&self.parallel_sums, choice);
         self.parallel_sample(index, from)
     }
 
@@ -351,13 +307,6 @@ impl<'a> Lights<'a> {
             delta: true,
             shadow_ray: self.spawn(from, direction),
         })
-    }
-
-    /// Probability with which [`Lights::sample`] selects a directional light.
-    fn parallel_chance(&self, index: usize) -> f64 {
-        let (_, irradiance) = self.scene.directional_lights[index];
-        let total = self.parallel_power[self.parallel_power.len() - 1];
-        usable(irradiance) * self.disk() / total * self.groups[2]
     }
 
     fn disk(&self) -> f64 {
@@ -436,22 +385,6 @@ fn usable(rgb: [f32; 3]) -> f64 {
     } else {
         0.0
     }
-}
-
-/// Half in proportion to the powers, half even among those above zero.
-fn mix(powers: [f64; 4]) -> [f64; 4] {
-    let total: f64 = powers.iter().sum();
-    let lit = powers.iter().filter(|p| **p > 0.0).count() as f64;
-    if total <= 0.0 || !total.is_finite() {
-        return [0.0; 4];
-    }
-    powers.map(|p| {
-        if p > 0.0 {
-            0.5 * (p / total + 1.0 / lit)
-        } else {
-            0.0
-        }
-    })
 }
 
 /// The entry of a running sum that `u` in [0, 1) falls into.

@@ -14,7 +14,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "as many paths through each pixel as the budget has samples, each frame anew",
         source: "Kajiya 1986; Veach 1997, power heuristic",
         bias: Bias::Unbiased,
-        version: 2,
+        version: 3,
         failures: &["noise falls with the square root of the samples only"],
         parameters: Parameters::PARAMETERS,
     },

@@ -30,7 +30,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         summary: "path tracing with next-event estimation, to the scene's max_depth",
         source: "Kajiya 1986; Veach 1997, power heuristic",
         bias: Bias::Unbiased,
-        version: 2,
+        version: 3,
         failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: Parameters::PARAMETERS,
     },

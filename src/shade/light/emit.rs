@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
+use super::choice::radiant_exitance;
 use super::{Lights, pick, usable};
-use crate::image::luminance;
 use crate::sample::{Frame, Rng};
 use crate::shade::bsdf::cosine_sample;
 use crate::trace::{Ray, offset_origin};
@@ -60,15 +60,13 @@ impl Lights<'_> {
         let is_parallel = choice < finite + parallel || sky == 0.0;
         let (towards, irradiance) = if is_parallel {
             let index = pick(
-                &self.parallel_power,
+                &self.parallel_sums,
                 ((choice - finite) / parallel).clamp(0.0, 1.0),
             );
             let (travel, irradiance) = self.scene.directional_lights[index];
-            let total = self.parallel_power[self.parallel_power.len() - 1];
-            let share = usable(irradiance) * self.disk() / total * parallel;
             (
                 -travel.try_normalize()?,
-                Vec3::from(irradiance) / share as f32,
+                Vec3::from(irradiance) / self.parallel_chance(index) as f32,
             )
         } else {
             let sample = self.scene.environment.as_ref()?.sample(point)?;
@@ -94,7 +92,7 @@ impl Lights<'_> {
         let (root, v) = (u.sqrt() as f32, v as f32);
         let position =
             light.corner + light.edges[0] * (root * (1.0 - v)) + light.edges[1] * (root * v);
-        let exitance = f64::from(luminance(light.emission.into())) * std::f64::consts::PI;
+        let exitance = radiant_exitance(light.emission.into());
         let total = self.triangle_power[self.triangle_power.len() - 1];
         let intensity = light.emission / (exitance * (self.groups[0] / total)) as f32;
         let local = cosine_sample([rng.next_f32(), rng.next_f32()]);

@@ -1,8 +1,7 @@
 //! Choosing among lights evenly, whatever their power.
 
 use super::point::power;
-use super::{ChosenPlace, LightPlace, Lights, pick, usable};
-use crate::image::luminance;
+use super::{ChosenPlace, EmittingShape, LightPlace, Lights, pick, radiant_exitance, usable};
 use crate::sample::Rng;
 
 /// The lights of a scene that shine, to be chosen with the same probability each: every emitting shape, point and spot
@@ -19,41 +18,12 @@ enum Choice {
     Environment,
 }
 
-/// Its triangles among all that emit.
-struct EmittingShape {
-    first: usize,
-    /// Power of all emitting triangles before it, and with it.
-    power: [f64; 2],
-    /// Scene units.
-    area: f64,
-    /// Luminance that it emits, on average.
-    mean: f32,
-    end: usize,
-}
-
 impl<'l, 's> EvenLights<'l, 's> {
     /// Collects what shines.
     pub fn new(lights: &'l Lights<'s>) -> Self {
         let scene = lights.scene;
-        let shapes = scene.shapes.iter().zip(&lights.first_of_shape);
-        let mut choices: Vec<Choice> = shapes
-            .filter_map(|(shape, first)| {
-                let first = (*first)? as usize;
-                let end = first + shape.triangle_count as usize;
-                let before = |i: usize| i.checked_sub(1).map_or(0.0, |i| lights.triangle_power[i]);
-                let power = [before(first), before(end)];
-                let mean = luminance(shape.emission?);
-                let emission = f64::from(mean) * std::f64::consts::PI;
-                let area = (power[1] - power[0]) / emission;
-                (area > 0.0).then_some(Choice::Shape(EmittingShape {
-                    first,
-                    power,
-                    area,
-                    mean,
-                    end,
-                }))
-            })
-            .collect();
+        let shapes = lights.emitting_shapes().map(Choice::Shape);
+        let mut choices: Vec<Choice> = shapes.collect();
         for (index, light) in (0..).zip(&scene.point_lights) {
             if power(light) > 0.0 {
                 choices.push(Choice::Point(index));
@@ -78,15 +48,14 @@ impl<'l, 's> EvenLights<'l, 's> {
         let at = [rng.next_f32(), rng.next_f32()];
         let (place, density) = match choice {
             Choice::Shape(shape) => {
-                let sums = &self.lights.triangle_power[..shape.end];
-                let [before, with] = shape.power;
+                let sums = &self.lights.triangle_power[..shape.triangles.end];
+                let [before, with] = shape.sums;
                 let target = (before + which * (with - before)) / with;
-                let index = pick(sums, target).max(shape.first);
+                let index = pick(sums, target).max(shape.triangles.start);
                 let triangle = &self.lights.triangles[index];
                 let place = LightPlace::Triangle(triangle.number, at);
-                // 1 unless a texture shines: brighter parts are chosen more often.
-                let brighter = f64::from(luminance(triangle.emission.into()) / shape.mean);
-                (place, chance / shape.area * brighter)
+                let exitance = radiant_exitance(triangle.emission.into());
+                (place, chance * exitance / shape.power())
             }
             Choice::Point(index) => (LightPlace::Point(*index), chance),
             Choice::Parallel(index) => (LightPlace::Parallel(*index), chance),

@@ -74,13 +74,13 @@ impl Lights<'_> {
         if let Some(light) = self.triangle_for(choice) {
             Some(light.chosen(at))
         } else if choice < area + points {
-            let index = pick(&self.point_power, (choice - area) / points);
+            let index = pick(&self.point_sums, (choice - area) / points);
             Some(ChosenPlace {
                 place: LightPlace::Point(index as u32),
                 density: self.point_chance(index) as f32,
             })
         } else if choice < area + points + parallel {
-            let index = pick(&self.parallel_power, (choice - (area + points)) / parallel);
+            let index = pick(&self.parallel_sums, (choice - (area + points)) / parallel);
             Some(ChosenPlace {
                 place: LightPlace::Parallel(index as u32),
                 density: self.parallel_chance(index) as f32,

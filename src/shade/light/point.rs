@@ -7,26 +7,15 @@ use crate::shade::surface::Interaction;
 use crate::trace::{Ray, offset_origin};
 
 impl<'a> Lights<'a> {
-    /// Fills in the running sums of power; returns the whole.
-    pub(super) fn collect_points(&mut self) -> f64 {
-        let mut total = 0.0;
-        for light in &self.scene.point_lights {
-            total += power(light);
-            self.point_power.push(total);
-        }
-        total
-    }
-
     /// The light that `choice` in [0, 1) selects, and the probability of the selection.
     fn choose_point(&self, choice: f64) -> (&'a PointLight, f64) {
-        let index = pick(&self.point_power, choice);
+        let index = pick(&self.point_sums, choice);
         (&self.scene.point_lights[index], self.point_chance(index))
     }
 
     /// Probability with which [`Lights::sample`] selects a point or spot light.
     pub(super) fn point_chance(&self, index: usize) -> f64 {
-        let total = self.point_power[self.point_power.len() - 1];
-        power(&self.scene.point_lights[index]) / total * self.groups[1]
+        self.all.chance(power(&self.scene.point_lights[index]))
     }
 
     /// `None` where the light is at the surface point itself.

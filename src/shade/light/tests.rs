@@ -4,10 +4,15 @@ use super::*;
 use crate::scene::{Needs, SceneDescription, ShapeDescription, ShapeSource, View};
 
 #[test]
-fn groups_are_chosen_by_power_and_evenly() {
-    assert_eq!(mix([0.0; 4]), [0.0; 4]);
-    assert_eq!(mix([3.0, 0.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0]);
-    assert_eq!(mix([1.0, 0.0, 0.0, 3.0]), [0.375, 0.0, 0.0, 0.625]);
+fn lights_are_chosen_by_power_and_evenly() {
+    let all = Total::of([1.0, 0.0, 3.0]);
+    assert_eq!(
+        [1.0, 0.0, 3.0].map(|power| all.chance(power)),
+        [0.375, 0.0, 0.625]
+    );
+    assert_eq!(Total::of([3.0, 0.0]).chance(3.0), 1.0);
+    assert_eq!(Total::of([]).chance(0.0), 0.0);
+    assert_eq!(Total::of([f64::INFINITY, 1.0]).chance(1.0), 0.0);
     assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.0), 1);
     assert_eq!(pick(&[0.0, 1.0, 1.0, 2.0], 0.5), 3);
     assert_eq!(usable([f32::NAN, 1.0, 1.0]), 0.0);
@@ -57,6 +62,8 @@ fn a_moon_does_not_starve_a_torch() {
         .map(|t| 0.5 * t.edges[0].cross(t.edges[1]).length());
     let all: f64 = areas.map(f64::from).sum();
     assert!((area / all - 1.0).abs() < 0.02, "{area} of {all}");
+    // No other light is chosen.
+    assert_eq!(lights.groups, [1.0, 0.0, 0.0, 0.0]);
     // The probabilities of all of them are one.
     let chances = triangles
         .iter()

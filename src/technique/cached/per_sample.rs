@@ -33,7 +33,7 @@ pub const PER_SAMPLE: ContenderEntry<dyn CachedTechnique> = ContenderEntry {
                  occlusion rays for ambient occlusion, one virtual light by its power or one \
                  path for importance",
         bias: Bias::Unbiased,
-        version: 2,
+        version: 3,
         failures: &["noise falls with the square root of the rays only"],
         parameters: Parameters::PARAMETERS,
     },

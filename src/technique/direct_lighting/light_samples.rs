@@ -32,7 +32,7 @@ pub(super) const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "random samples of the lights, a shadow ray each, at what each camera sample sees",
         source: "Stadlbauer et al. 2023, section 4: ray-traced light sampling",
         bias: Bias::Unbiased,
-        version: 4,
+        version: 5,
         failures: &[
             "noise falls with the square root of the rays only",
             "large lights in smooth surfaces are noisy: directions are not sampled by the surface",

@@ -34,7 +34,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         summary: "emission and direct light of area, point, spot and directional lights, environment and sun",
         source: "Veach 1997, power heuristic",
         bias: Bias::Unbiased,
-        version: 2,
+        version: 3,
         failures: &["light through glass and by mirrors is indirect, hence absent"],
         parameters: Parameters::PARAMETERS,
     },

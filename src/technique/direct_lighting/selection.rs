@@ -12,7 +12,7 @@ words! {
     pub(crate) enum Selection {
         /// Each emitting shape and each other light with the same probability.
         Uniform = "uniform",
-        /// By power, half of it spread evenly over area, point, directional lights and environment, and over shapes that emit.
+        /// By power, half of it spread evenly over emitting shapes, points, directional lights and the environment.
         Power = "power",
         /// By power with one random offset for all samples of a surface, evenly spaced.
         Systematic = "systematic",

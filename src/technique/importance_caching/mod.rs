@@ -47,7 +47,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         summary: "virtual point lights, sampled by what records around the point received of them",
         source: "Georgiev et al. 2012; Keller 1997; Wu & Shen, section 4.2",
         bias: Bias::Unbiased,
-        version: 1,
+        version: 2,
         failures: &[
             "unbiased for the sum over the virtual lights, which lacks light that the clamped \
              distance takes away in corners and light that arrives by mirrors or glass",

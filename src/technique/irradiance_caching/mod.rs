@@ -45,7 +45,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
                  Shen, sections 3.3 and 4.1. Readings: hemisphere grid in a shot of the normal \
                  alone, next-event estimation at the hits, the scene's max_depth",
         bias: Bias::Consistent,
-        version: 2,
+        version: 3,
         failures: &[
             "glossy reflections of indirect light are blurred to the directional albedo times the \
              mean: mirror-like coatings lose them (with gradient interpolation, to blocks of about 9°)",

@@ -38,7 +38,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         summary: "all light over the frames of a sequence, by caches that remember and by path tracing",
         source: "Roth et al. 2020; truth: path tracing to the scene's max_depth",
         bias: Bias::Unbiased,
-        version: 2,
+        version: 3,
         failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: Parameters::PARAMETERS,
     },

@@ -11,8 +11,8 @@
 //! along with what moves, and what it could have drawn is asked of it in the present scene: exact while nothing moves.
 //!
 //! *Differs* from the paper: the radius of neighbours follows the height of the image; places of the camera samples in
-//! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over the kinds of
-//! light, and over emitting shapes. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
+//! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over all of
+//! them, a shape that emits being one. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
 //! presampled as whole sets (the library picks from larger tiles), none drawn by the surface,
 //! no permutation of pixels, no filter of boiling, no reuse of the last shadow ray.
 
@@ -43,7 +43,7 @@ pub const ABOUT_BIASED: About = About {
     summary: "light samples resampled over pixels and frames, biased: 32 candidates, 5 neighbours in 2 rounds",
     source: "Bitterli et al. 2020, algorithms 3 to 5",
     bias: Bias::Biased,
-    version: 2,
+    version: 3,
     failures: &[
         "too dark where neighbours or the frame before saw what the surface does not",
         "errors of neighbours are alike, which shows as blotches and flickers",
@@ -61,7 +61,7 @@ pub const ABOUT_UNBIASED: About = About {
     summary: "light samples resampled over pixels and frames, unbiased: 32 candidates, 3 neighbours, weights with shadow rays",
     source: "Bitterli et al. 2020, algorithm 6 with weights of multiple importance sampling",
     bias: Bias::Unbiased,
-    version: 2,
+    version: 3,
     failures: &[
         "unbiased while nothing moves: what a surface could have drawn in the frame before is asked in the present scene",
         "errors of neighbours are alike, which shows as blotches and flickers",
@@ -78,7 +78,7 @@ pub const ABOUT_RTXDI: About = About {
     summary: "light samples resampled over pixels and frames, with settings like the RTXDI library's defaults",
     source: "Bitterli et al. 2020; defaults of NVIDIA's RTXDI library, ReSTIRDI.cpp",
     bias: Bias::Biased,
-    version: 3,
+    version: 4,
     failures: &[
         "weights do not see shadows: biased at their edges",
         "one sample a pixel: noisy under few large lights",

@@ -41,7 +41,7 @@ pub(super) const ENTRY: ContenderEntry<IrradianceCaching> = ContenderEntry {
         source: "Ward et al. 1988; Ward & Heckbert 1992; Tabellion & Lamorlette 2004; Křivánek et \
                  al. 2006 (neighbour clamping). The allowed error is searched for the budget",
         bias: Bias::Biased,
-        version: 2,
+        version: 3,
         failures: &[
             "a narrow gap that few rays find leaves records that are valid too far",
             "gradients of a noisy hemisphere overshoot: HDR outliers print blotches",
