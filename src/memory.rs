@@ -23,7 +23,10 @@ pub fn room_for<T>(count: usize) -> Vec<T> {
 
 /// The items of all lists, one list after another. All threads write them and give back the lists: one alone would wait
 /// for each page of either.
-pub fn concatenated<T: Clone + Send + Sync>(lists: Vec<Vec<T>>) -> Vec<T> {
+pub fn concatenated<T: Clone + Send + Sync>(mut lists: Vec<Vec<T>>) -> Vec<T> {
+    if lists.len() == 1 {
+        return lists.remove(0);
+    }
     let Some(some) = lists.iter().flatten().next() else {
         return Vec::new();
     };

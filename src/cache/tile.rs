@@ -6,7 +6,6 @@ use macro_rules_attribute::apply;
 use super::metric::Ranking;
 use super::search::{Neighbour, RecordSearch};
 use super::tree::{Box3, squared_distance};
-
 use crate::instructions::compiled_for_avx2;
 
 /// Candidates are examined in groups of this many.

@@ -154,6 +154,10 @@ impl Blocks {
             ..Asked::default()
         };
         let mut new = Vec::with_capacity(unknown.len());
+        self.slot_of.reserve(unknown.len());
+        let slots = unknown.len().saturating_sub(self.free.len());
+        self.slots.reserve(slots);
+        self.contents.reserve(slots);
         for (key, mask) in unknown {
             let Some(slot) = self.place() else {
                 asked.refused += 1;
@@ -343,13 +347,15 @@ impl Blocks {
                     (texel, Some(point)) => Some((texel.index, point)),
                     _ => None,
                 });
+                let moved: Vec<_> = moved.collect();
                 Some((slot, bits.fold(0, |all, bit| all | bit), moved))
             })
             .collect();
         for (slot, begun, moved) in found {
-            self.slots[slot].begun |= begun;
+            let of_slot = &mut self.slots[slot];
+            of_slot.begun |= begun;
             for (index, point) in moved {
-                self.slots[slot].moved |= 1 << index;
+                of_slot.moved |= 1 << index;
                 self.contents[slot].points[index as usize] = point;
             }
         }
