@@ -88,9 +88,11 @@ parameters! {
         pub turn_deg: f32 = 1.0, AtLeast(0.0), "degrees";
         /// Count from which on such a change lowers it; 256 never does.
         pub turn_count: f32 = 4.0, Within(0.0, 256.0);
-        /// What the count is divided by, at least, where the light of an entry has changed: by what its last updates brought,
-        /// or, where the scene changes, by a cone that is met by none of at least four samples and dark at its edge.
-        pub doubt: f32 = 3.0, Within(1.0, 255.0);
+        /// What the count is divided by where the scene changes and a cone is met by none of at least four samples and dark at
+        /// its edge.
+        pub doubt: f32 = 8.0, Within(1.0, 255.0);
+        /// What the count is divided by, at least, where what the last updates brought differs from the light of an entry.
+        pub surprised: f32 = 3.0, Within(1.0, 255.0);
         /// Standard deviations by which what the last updates brought must differ from the light of an entry for it to have
         /// changed; 1000 never.
         pub surprise: f32 = 1.0, Within(0.0, 1000.0);

@@ -162,7 +162,7 @@ mod tests {
         };
         assert_eq!(count(1, false), 51.0);
         assert_eq!(count(10, true), 60.0);
-        assert_eq!(count(10, false), 20.0);
+        assert_eq!(count(10, false), 7.5);
     }
 
     #[test]

@@ -51,7 +51,7 @@ impl Update<'_> {
         if count >= FIRST * weight && apart > by_chance {
             self.lowered = true;
             let surprise = (apart / by_chance).powi(2);
-            self.entry.count = count / (self.rules.doubt * surprise);
+            self.entry.count = count / (self.rules.surprised * surprise);
             watch.recent += (now - watch.recent) * (1.0 - 1.0 / (1.0 + surprise));
             distance = distance.min(2.0 * spread);
         }
