@@ -11,6 +11,10 @@ use crate::image::luminance;
 pub struct Update<'a> {
     pub(super) rules: &'a Rules,
     pub(super) entry: Entry,
+    /// The entry as the update found it.
+    pub(super) before: Entry,
+    /// Luminance of the samples from outside its cones.
+    pub(super) news: f32,
     /// X: light that the samples of this update brought into each cone, a mean over all of them.
     pub(super) arrived: [Vec3; MOST_CONES],
     /// Whether one fell into it.
@@ -31,6 +35,8 @@ impl<'a> Update<'a> {
         Self {
             rules,
             entry,
+            before: entry,
+            news: 0.0,
             arrived: [Vec3::ZERO; MOST_CONES],
             lit: [false; MOST_CONES],
             turn: 0.0,
@@ -48,6 +54,9 @@ impl<'a> Update<'a> {
     /// Adds light from a unit direction: radiance over density (or irradiance over probability) of a sample that reaches
     /// its light, divided by the number of all samples of the update.
     pub fn add(&mut self, direction: Vec3, light: Vec3) {
+        if !self.is_known(direction) {
+            self.news += luminance(light.into());
+        }
         let cone = self.cone_for(direction, light);
         self.arrived[cone] += light;
         self.largest = self.largest.max(luminance(light.into()));

@@ -7,7 +7,7 @@ use super::rules::{Shrinking, SmallCones};
 use super::{MOST_CONES, Update};
 
 /// Samples of an update without which it says nothing that none met a cone.
-const SAMPLES_TO_DOUBT: u32 = 4;
+pub(super) const SAMPLES_TO_DOUBT: u32 = 4;
 
 /// Where a cone is tested for light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -177,6 +177,9 @@ impl Gathering<'_> {
         if !calm {
             update.watch();
         }
+        if self.restless {
+            update.take_news();
+        }
         update.average();
         self.test(caster, texel, &mut update, rng, calm, tally);
         let entry = update.finish();

@@ -57,7 +57,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 12,
+        version: 13,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
