@@ -154,8 +154,9 @@ impl Blocks {
             ..Asked::default()
         };
         let mut new = Vec::with_capacity(unknown.len());
-        self.slot_of.reserve(unknown.len());
-        let slots = unknown.len().saturating_sub(self.free.len());
+        self.slot_of.reserve(unknown.len().min(self.limits.blocks));
+        let room = self.limits.blocks.saturating_sub(self.slots.len());
+        let slots = unknown.len().saturating_sub(self.free.len()).min(room);
         self.slots.reserve(slots);
         self.contents.reserve(slots);
         for (key, mask) in unknown {
