@@ -140,6 +140,7 @@ fn updates(c: &mut Criterion) {
             update.add(direction.normalize(), Vec3::splat(0.1));
         }
         update.watch();
+        update.take_news();
         update.average();
         update.finish()
     };

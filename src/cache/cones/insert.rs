@@ -15,11 +15,15 @@ pub struct Update<'a> {
     pub(super) before: Entry,
     /// Luminance of the samples from outside its cones.
     pub(super) news: f32,
+    /// Luminance of the two brightest of them, the brighter one first.
+    pub(super) brightest_news: [f32; 2],
     /// X: light that the samples of this update brought into each cone, a mean over all of them.
     pub(super) arrived: [Vec3; MOST_CONES],
     /// Whether one fell into it.
     pub(super) lit: [bool; MOST_CONES],
-    /// Largest turn of an axis so far, radians.
+    /// Axis of each cone when the update began, or when it was made.
+    pub(super) axes: [Vec3; MOST_CONES],
+    /// Largest angle between one and what became of it, radians.
     pub(super) turn: f32,
     /// Luminance of the sample that brought most.
     pub(super) largest: f32,
@@ -37,8 +41,10 @@ impl<'a> Update<'a> {
             entry,
             before: entry,
             news: 0.0,
+            brightest_news: [0.0; 2],
             arrived: [Vec3::ZERO; MOST_CONES],
             lit: [false; MOST_CONES],
+            axes: entry.cones.map(|cone| cone.axis),
             turn: 0.0,
             largest: 0.0,
             samples,
@@ -54,12 +60,15 @@ impl<'a> Update<'a> {
     /// Adds light from a unit direction: radiance over density (or irradiance over probability) of a sample that reaches
     /// its light, divided by the number of all samples of the update.
     pub fn add(&mut self, direction: Vec3, light: Vec3) {
+        let bright = luminance(light.into());
         if !self.is_known(direction) {
-            self.news += luminance(light.into());
+            self.news += bright;
+            let [first, second] = self.brightest_news;
+            self.brightest_news = [first.max(bright), second.max(first.min(bright))];
         }
         let cone = self.cone_for(direction, light);
         self.arrived[cone] += light;
-        self.largest = self.largest.max(luminance(light.into()));
+        self.largest = self.largest.max(bright);
         self.lit[cone] = true;
     }
 
@@ -132,13 +141,14 @@ impl<'a> Update<'a> {
         self.entry.cones[index] = cone;
         self.arrived[index] = Vec3::ZERO;
         self.lit[index] = false;
+        self.axes[index] = cone.axis;
         self.entry.used += 1;
         index
     }
 
     /// (C) A cone that is widened, or turned otherwise.
     pub(super) fn replace(&mut self, index: usize, cone: Cone) {
-        let turn = angle_between(self.entry.cones[index].axis, cone.axis);
+        let turn = angle_between(self.axes[index], cone.axis);
         self.turn = self.turn.max(turn);
         self.entry.cones[index] = cone;
     }
@@ -155,6 +165,7 @@ impl<'a> Update<'a> {
     pub(super) fn remove(&mut self, index: usize) {
         self.arrived.copy_within(index + 1..self.entry.used, index);
         self.lit.copy_within(index + 1..self.entry.used, index);
+        self.axes.copy_within(index + 1..self.entry.used, index);
         self.entry.remove(index);
     }
 

@@ -89,8 +89,9 @@ parameters! {
         /// Count from which on such a change lowers it; 256 never does.
         pub turn_count: f32 = 4.0, Within(0.0, 256.0);
         /// While the scene changes the count is multiplied by the part of an update's light that arrives within the cones of
-        /// before, to this power: light from elsewhere has moved. 0 never lowers it.
-        pub news: f32 = 1.0, Within(0.0, 100.0);
+        /// before, or as one of the two brightest samples from elsewhere, to this power: light from elsewhere has moved. 0
+        /// never lowers it.
+        pub news: f32 = 8.0, Within(0.0, 100.0);
         /// What the count is divided by where the scene changes and a cone is met by none of at least four samples and dark at
         /// its edge.
         pub doubt: f32 = 8.0, Within(1.0, 255.0);
