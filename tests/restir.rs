@@ -383,3 +383,26 @@ fn what_a_selection_does_not_ask_for_is_refused() {
         assert!(technique.start(method, &table, Terms::default()).is_ok());
     }
 }
+
+#[test]
+fn passes_take_the_place_of_the_budget_in_direct_lighting_only() {
+    let technique = direct();
+    let built = Built::new(&room(diffuse(), 20.0));
+    let image = |budget: usize, text: &str| {
+        let terms = Terms { budget, seed: 1 };
+        let table = text.parse().expect("toml");
+        let started = technique.start("rtxdi", &table, terms).expect("starts");
+        let mut contender = started.contender;
+        built.play(contender.as_mut(), 3).image
+    };
+    let (one, eight) = (image(1, ""), image(8, ""));
+    assert_eq!(image(8, "passes = 1").pixels, one.pixels);
+    assert_ne!(eight.pixels, one.pixels);
+    let entry = lightbench::registry::technique("environment-lighting").expect("listed");
+    let environment = (entry.build)(&toml::Table::new()).expect("defaults");
+    let terms = Terms { budget: 8, seed: 1 };
+    let table = "passes = 1".parse().expect("toml");
+    let refused = environment.start("restir", &table, terms).err();
+    let message = refused.expect("refused").to_string();
+    assert!(message.contains("`spp`"), "{message}");
+}

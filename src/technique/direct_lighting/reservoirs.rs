@@ -1,7 +1,7 @@
 //! The contenders `restir`, `restir-unbiased` and `rtxdi` of direct lighting: see [`crate::technique::restir`].
 //!
-//! The budget's samples are camera samples of a pixel and frame, each with reservoirs that go from one to the next as from
-//! frame to frame.
+//! The budget's samples are camera samples of a pixel and frame (or as many as `passes` says), each with reservoirs that go
+//! from one to the next as from frame to frame.
 
 use rayon::prelude::*;
 
@@ -67,7 +67,7 @@ impl Contender for Reservoirs {
     }
 
     fn frame(&mut self, shots: &[Shot]) -> Result<Vec<Rendered>, String> {
-        let passes = self.terms.budget as u32;
+        let passes = self.restir.passes().unwrap_or(self.terms.budget as u32);
         let scene = CameraSamples {
             seed: self.terms.seed,
         };

@@ -115,6 +115,11 @@ impl Restir {
         })
     }
 
+    /// Passes of a frame, where the settings say so.
+    pub fn passes(&self) -> Option<u32> {
+        self.settings.passes
+    }
+
     /// Reservoirs of a pixel.
     pub fn reservoirs(&self) -> usize {
         self.settings.reservoirs

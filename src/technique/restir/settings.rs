@@ -23,6 +23,9 @@ parameters! {
         /// Whether candidates are those of a set that is drawn once a pass, with many others, and serves many pixels; without it
         /// only rtxdi's are.
         presampled: Option<bool> = None;
+        /// Passes of a frame over all pixels, each with a camera sample of its own, from reservoirs to reservoirs; without it as
+        /// many as the budget says in direct lighting. Environment lighting has one for each of its camera samples.
+        passes: Option<u32> = None, Within(1.0, 4096.0);
         /// N: reservoirs of a pixel, each with a sample that is shaded; without it 4, restir-unbiased and rtxdi 1.
         reservoirs: Option<u32> = None, Within(1.0, 64.0);
         /// Whether a candidate in shadow is dropped before it is reused.
@@ -119,6 +122,7 @@ pub const RTXDI: Preset = Preset {
 pub struct Settings {
     pub candidates: u32,
     pub presampled: bool,
+    pub passes: Option<u32>,
     pub reservoirs: usize,
     pub visibility_reuse: bool,
     pub history: u32,
@@ -161,6 +165,7 @@ impl Settings {
         let settings = Self {
             candidates: given.candidates.unwrap_or(preset.candidates),
             presampled: given.presampled.unwrap_or(preset.presampled),
+            passes: given.passes,
             reservoirs: given.reservoirs.unwrap_or(preset.reservoirs) as usize,
             visibility_reuse: given.visibility_reuse,
             history: given.history,
