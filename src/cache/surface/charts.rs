@@ -178,13 +178,23 @@ impl Charts {
         }
     }
 
+    /// Whether a triangle had an area when the charts were made, so that its chart tells its points apart.
+    pub fn has_extent(&self, triangle: u32) -> bool {
+        self.area(triangle) > 0.0
+    }
+
     /// How many times as long a triangle is now as it was when the charts were made, by the square root of its area; `twice`
     /// is twice its area now. 1 where it had none, or has none now.
     pub fn grown(&self, triangle: u32, twice: f32) -> f32 {
+        let grown = (twice / self.area(triangle)).sqrt();
+        if grown.is_normal() { grown } else { 1.0 }
+    }
+
+    /// Twice the area that a triangle had.
+    fn area(&self, triangle: u32) -> f32 {
         let island = self.island_of[triangle as usize];
         let shared = triangle - self.islands[island as usize].shift;
-        let grown = (twice / self.shared.areas[shared as usize]).sqrt();
-        if grown.is_normal() { grown } else { 1.0 }
+        self.shared.areas[shared as usize]
     }
 
     /// Extent of an island's chart, scene units.
@@ -240,6 +250,15 @@ mod tests {
         assert!(Charts::new(&[], &[], &[]).is_empty());
         assert_eq!([one.grown(0, 2.0), one.grown(1, 18.0)], [1.0, 3.0]);
         assert_eq!([one.grown(0, 0.0), one.grown(0, f32::NAN)], [1.0, 1.0]);
+        // A line and a point are triangles too.
+        let flat = Charts::new(
+            &positions,
+            &[[0, 1, 2], [0, 0, 1], [2, 2, 2]],
+            std::slice::from_ref(&(0..3)),
+        );
+        let have = [0, 1, 2].map(|triangle| flat.has_extent(triangle));
+        assert_eq!(have, [true, false, false]);
+        assert!((0..3).all(|triangle| flat.place(triangle, [0.2, 0.3]).place.is_finite()));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
 use super::shown::{Shown, ShownCone, ShownTexels};
-use super::sight::{Look, Sight, camera_ray};
+use super::sight::{Address, Look, Sight, camera_ray};
 use super::texels::{Surfaces, frame_of};
 use crate::cache::cones::{Cone, Storage};
 use crate::cache::surface::Texel;
@@ -136,33 +136,43 @@ impl Shading<'_> {
         let paths = &self.shot.paths;
         let at = paths.surfaces().interact(&look.hit, look.direction);
         let straight = self.straight(&workplace.caster, &at, rng);
-        let mut sum = paths.lights().emitted(&at) + straight;
-        if let Some(address) = look.address {
-            let (grid, filter) = (&self.surfaces.grid, self.parameters.filter);
-            let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
-            workplace.incident.clear();
-            address.for_each_texel(grid, filter, |texel, weight| {
-                workplace.tally.lookups += 1;
-                let make = |shown: &mut Shown| self.show(texel, shown);
-                if let Some(cones) = workplace.texels.get(texel, make) {
-                    for cone in cones {
-                        let incident = &mut workplace.incident;
-                        scattered += self.scattered(&at, cone, weight, incident);
-                    }
-                    weights += weight;
+        let scattered = match look.address {
+            Some(address) => self.cached(workplace, &at, &address),
+            None if at.bsdf.is_delta() => Some(Vec3::ZERO),
+            None => None,
+        };
+        let scattered = scattered.unwrap_or_else(|| {
+            workplace.tally.uncached += 1;
+            self.sampled(&workplace.caster, &at, rng)
+        });
+        paths.lights().emitted(&at) + straight + scattered
+    }
+
+    /// What a surface sends to its viewer of the light of its texels, where they hold some.
+    fn cached(
+        &self,
+        workplace: &mut Workplace,
+        at: &Interaction,
+        address: &Address,
+    ) -> Option<Vec3> {
+        let (grid, filter) = (&self.surfaces.grid, self.parameters.filter);
+        let (mut scattered, mut weights) = (Vec3::ZERO, 0.0);
+        workplace.incident.clear();
+        address.for_each_texel(grid, filter, |texel, weight| {
+            workplace.tally.lookups += 1;
+            let make = |shown: &mut Shown| self.show(texel, shown);
+            if let Some(cones) = workplace.texels.get(texel, make) {
+                for cone in cones {
+                    let incident = &mut workplace.incident;
+                    scattered += self.scattered(at, cone, weight, incident);
                 }
-            });
-            if weights > 0.0 {
-                if !workplace.incident.is_empty() {
-                    scattered += at.scattered(&mut workplace.incident);
-                }
-                sum += scattered / weights;
-            } else {
-                workplace.tally.uncached += 1;
-                sum += self.sampled(&workplace.caster, &at, rng);
+                weights += weight;
             }
+        });
+        if weights > 0.0 && !workplace.incident.is_empty() {
+            scattered += at.scattered(&mut workplace.incident);
         }
-        sum
+        (weights > 0.0).then(|| scattered / weights)
     }
 
     /// Makes what is shown of a texel.

@@ -145,12 +145,13 @@ impl Addresses<'_> {
         }
     }
 
-    /// Where a hit lies among texels; `None` on surfaces that no light shines on: mirrors and glass.
+    /// Where a hit lies among texels; `None` on surfaces that no light shines on, mirrors and glass, and on what had no area
+    /// when the charts were made.
     fn of(&self, hit: &Hit, direction: Vec3) -> Option<Address> {
         let scene = self.shot.scene;
         let front = normal_of(scene, hit.triangle, false);
         let back = direction.dot(front) > 0.0;
-        if is_delta(scene, hit.triangle, back) {
+        if is_delta(scene, hit.triangle, back) || !self.surfaces.charts.has_extent(hit.triangle) {
             return None;
         }
         let found = self.surfaces.charts.place(hit.triangle, [hit.u, hit.v]);
