@@ -1,11 +1,15 @@
 //! Light that rests, moves, goes out and is remembered.
 
 use glam::{DAffine3, DMat4, DVec3};
-use lightbench::scene::{Needs, Scene, ShapeDescription, ShapeSource};
+use lightbench::image::{Image, luminance};
+use lightbench::scene::{Needs, Scene, ShapeDescription, ShapeSource, View};
 use lightbench::technique::Rendered;
 use lightbench::world::{Motion, World};
 
-use super::{Built, at, cones, direct, found, lamp_room, mean, point, rmse, room, shot_of};
+use super::{
+    Built, SIZE, at, cones, direct, found, is_sound, lamp_room, mean, point, rmse, room, shot_of,
+    truth_of,
+};
 
 #[test]
 fn resting_light_comes_nearer_to_the_truth_frame_by_frame() {
@@ -100,41 +104,50 @@ fn what_moves_carries_its_texels_along() {
     assert!(off < 0.02, "{off}");
 }
 
+/// The floor grows within a frame to its size, from a part of it; what the second frame shows.
+fn grown(scale_at_first: f64) -> Rendered {
+    let technique = direct();
+    let description = lamp_room(0.3, 20.0);
+    let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+    let place =
+        move |time_s: f64| DAffine3::from_scale(DVec3::splat(scale_at_first.powf(1.0 - time_s)));
+    let moves = vec![Motion {
+        shape: 0,
+        place: Box::new(place),
+    }];
+    let mut world = World::moving(scene, moves, &[0.0, 1.0]).expect("a world");
+    let mut view = description.views[0].clone();
+    view.origin -= world.origin();
+    let mut contender = cones(technique.as_ref(), "");
+    let mut last = Rendered::default();
+    for (frame, time_s) in [(0, 0.0), (1, 1.0)] {
+        let shot = shot_of(world.at(time_s), &view, frame, 16);
+        last = contender.frame(&[shot]).expect("a frame").remove(0);
+    }
+    last
+}
+
 /// Charts have the lengths of the first frame.
 #[test]
 fn texels_of_a_shape_that_grows_or_shrinks_keep_to_the_size_of_pixels() {
-    let technique = direct();
-    let description = lamp_room(0.3, 20.0);
-    let last = |scale_at_first: f64| {
-        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
-        let place = move |time_s: f64| {
-            DAffine3::from_scale(DVec3::splat(scale_at_first.powf(1.0 - time_s)))
-        };
-        let moves = vec![Motion {
-            shape: 0,
-            place: Box::new(place),
-        }];
-        let mut world = World::moving(scene, moves, &[0.0, 1.0]).expect("a world");
-        let origin = world.origin();
-        let mut view = description.views[0].clone();
-        view.origin -= origin;
-        let mut contender = cones(technique.as_ref(), "");
-        let mut texels = 0.0;
-        for (frame, time_s) in [(0, 0.0), (1, 1.0)] {
-            let shot = shot_of(world.at(time_s), &view, frame, 16);
-            let images = contender.frame(&[shot]).expect("a frame");
-            texels = found(&images[0], "texels");
-        }
-        texels
-    };
-    let expected = last(1.0);
+    let expected = found(&grown(1.0), "texels");
     for scale in [0.02, 50.0] {
-        let texels = last(scale);
+        let texels = found(&grown(scale), "texels");
         assert!(
             (texels / expected - 1.0).abs() < 0.5,
             "{scale}: {texels} and {expected}"
         );
     }
+}
+
+/// A shape that begins as a point has charts without area.
+#[test]
+fn a_shape_that_grows_from_nothing_is_lit() {
+    let (from_nothing, expected) = (grown(0.0), grown(1.0));
+    assert!(is_sound(&from_nothing));
+    assert!(found(&from_nothing, "uncached") > 0.3);
+    let off = mean(&from_nothing.image) / mean(&expected.image) - 1.0;
+    assert!(off.abs() < 0.1, "{off}");
 }
 
 #[test]
@@ -233,4 +246,100 @@ fn sudden_changes_show_within_some_frames() {
             );
         }
     }
+}
+
+/// Fig. 6: a pillar stands between the floor and the way of a lamp.
+#[test]
+fn a_lamp_that_passes_behind_a_pillar_leaves_no_light_in_its_shadow() {
+    let technique = direct();
+    let mut description = lamp_room(0.3, 20.0);
+    let [pillar, lamp] = [1, 2].map(|shape| {
+        let place = |at: DVec3, half: DVec3| DMat4::from_translation(at) * DMat4::from_scale(half);
+        match shape {
+            1 => place(DVec3::new(0.0, 1.0, -0.7), DVec3::new(0.12, 1.0, 0.12)),
+            _ => place(DVec3::new(-1.2, 0.9, -1.3), DVec3::new(0.25, 0.15, 0.15)),
+        }
+    });
+    description.shapes[1].to_world = pillar;
+    description.shapes[2].to_world = lamp;
+    description.shapes[2].source = ShapeSource::Cube;
+    let above = [
+        DVec3::new(0.0, 2.6, 1.6),
+        DVec3::new(0.0, 0.0, 0.7),
+        DVec3::Y,
+    ];
+    let mut view = View::look_at("above", above, 40.0, SIZE);
+    let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+    // At 3.6 metres a second, seen 30 times a second.
+    let place = |time_s: f64| DAffine3::from_translation(DVec3::new(3.6 * time_s, 0.0, 0.0));
+    let moves = vec![Motion {
+        shape: 2,
+        place: Box::new(place),
+    }];
+    let times_s: Vec<f64> = (0..20).map(|frame| f64::from(frame) / 30.0).collect();
+    let mut world = World::moving(scene, moves, &times_s).expect("a world");
+    view.origin -= world.origin();
+    let mut contender = cones(technique.as_ref(), "");
+    let mut earlier: Vec<Image> = Vec::new();
+    let (mut lit, mut left) = (0.0, 0.0);
+    for (frame, time_s) in (0..).zip(times_s) {
+        let shot = shot_of(world.at(time_s), &view, frame, 16);
+        let truth = truth_of(technique.as_ref(), &shot, 800);
+        let image = contender.frame(&[shot]).expect("a frame").remove(0).image;
+        let off = rmse(&image, &truth) / mean(&truth);
+        assert!(off < 0.3, "frame {frame}: {off}");
+        if let Some(before) = earlier.len().checked_sub(3).map(|i| &earlier[i]) {
+            for pixel in 0..truth.pixels.len() {
+                let [was, is, seen] =
+                    [before, &truth, &image].map(|of| luminance(of.pixels[pixel]));
+                if is < 0.1 * was {
+                    (lit, left) = (lit + was, left + seen);
+                }
+            }
+        }
+        earlier.push(truth);
+    }
+    // What was lit three frames ago and is in the shadow now.
+    assert!(lit > 1.0 && left < 0.45 * lit, "{left} of {lit}");
+}
+
+/// A viewer who comes nearer asks for finer texels.
+#[test]
+fn finer_texels_begin_with_what_coarser_ones_know_while_nothing_changes() {
+    let technique = direct();
+    let mut description = lamp_room(0.3, 20.0);
+    // Many lamps, so that eight samples are noise.
+    let lamp = |i: u32| {
+        let angle = 0.7 * f64::from(i);
+        let height = 0.6 + 0.1 * f64::from(i);
+        point([1.5 * angle.cos(), height, 1.5 * angle.sin()], 1.0)
+    };
+    description.lights = (0..12).map(|i| lamp(i).into()).collect();
+    let eye = [
+        DVec3::new(-1.0, 1.6, 3.0),
+        DVec3::new(0.0, 0.2, 0.0),
+        DVec3::Y,
+    ];
+    description.views[1] = View::look_at("near", eye, 25.0, SIZE);
+    let before = Built::new(&description);
+    description.shapes[2].emission = Some([19.0, 17.0, 13.0]);
+    let after = Built::new(&description);
+    let truth = truth_of(technique.as_ref(), &before.seen(1, 0), 4000);
+    let first_look = |text: &str, now: &Built| {
+        let text = format!("selection = 'uniform'\n{text}");
+        let mut contender = cones(technique.as_ref(), &text);
+        before.play(contender.as_mut(), 0..24);
+        let shots = [now.seen(1, 24)];
+        let rendered = contender.frame(&shots).expect("a frame").remove(0);
+        let off = rmse(&rendered.image, &truth) / mean(&truth);
+        (found(&rendered, "reused_texels"), off)
+    };
+    let (with, without) = (
+        first_look("", &before),
+        first_look("reuse = 'never'", &before),
+    );
+    assert!(with.0 > 0.0 && without.0 == 0.0);
+    assert!(with.1 < 0.8 * without.1, "{with:?} {without:?}");
+    let changed = ["", "reuse = 'always'"].map(|text| first_look(text, &after).0);
+    assert!(changed[0] == 0.0 && changed[1] > 0.0, "{changed:?}");
 }

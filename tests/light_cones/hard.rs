@@ -2,7 +2,9 @@
 
 use glam::{DMat4, DVec3, Vec3};
 use lightbench::environment::Environment;
-use lightbench::scene::{ShapeDescription, ShapeSource, View};
+use lightbench::scene::{
+    Bsdf, ColourSource, MicrofacetDistribution, ShapeDescription, ShapeSource, View,
+};
 use lightbench::technique::Shot;
 
 use super::{
@@ -196,4 +198,41 @@ fn viewers_of_nothing_ask_for_nothing() {
         assert_eq!(found(rendered, "texels"), 0.0);
     }
     assert!(contender.frame(&[]).expect("no shot").is_empty());
+}
+
+/// Cones as wide as their lamp spread its light evenly: highlights keep their mean.
+#[test]
+fn highlights_keep_their_mean_and_most_of_their_shape() {
+    let technique = direct();
+    let mut description = lamp_room(0.2, 40.0);
+    for alpha in [0.15, 0.3] {
+        description.materials[0].bsdf = Bsdf::Conductor {
+            eta: [0.0; 3],
+            k: [0.0; 3],
+            specular: ColourSource::Constant([0.8; 3]),
+            alpha,
+            distribution: MicrofacetDistribution::Ggx,
+        };
+        let built = Built::new(&description);
+        let truth = built.truth(technique.as_ref());
+        let mut order: Vec<usize> = (0..truth.pixels.len()).collect();
+        order.sort_by(|a, b| luminance(truth.pixels[*b]).total_cmp(&luminance(truth.pixels[*a])));
+        let brightest = &order[..order.len() / 10];
+        let (mut signed, mut absolute, mut all) = (0.0, 0.0, 0.0);
+        for seed in 0..4 {
+            let mut contender = seeded(technique.as_ref(), "", seed);
+            let image = built.play(contender.as_mut(), 0..48).image;
+            for pixel in brightest {
+                let [is, exact] = [&image, &truth].map(|of| luminance(of.pixels[*pixel]));
+                signed += is - exact;
+                absolute += (is - exact).abs();
+                all += exact;
+            }
+        }
+        let (signed, absolute) = (signed / all, absolute / all);
+        assert!(
+            signed.abs() < 0.04 && absolute < 0.06,
+            "{alpha}: {signed} in the mean, {absolute} apart"
+        );
+    }
 }

@@ -4,7 +4,8 @@
 //! Of each frame, the camera samples of all viewers ask for texels (`sight`). Every texel that is asked for is then updated
 //! once (`gather`): `samples` lights are sampled from its surface point, or one where its light has been at rest, and the
 //! cones that hold their light are widened, merged and, where a ray near their edge meets no light,
-//! narrowed. Texels that begin take over the cones of the next coarser or finer texel there (`reuse`). Images are made
+//! narrowed. Texels that begin while nothing changes take over the cones of the next coarser or finer texel there (`reuse`).
+//! Images are made
 //! without shadow rays (`shade`): directions of each cone are put into the material at the camera sample. What a
 //! pixel sees without scattering (lamps, mirrors, glass, the sky) is traced.
 //!
@@ -15,8 +16,12 @@
 //! candidates of which each frame draws sets for all texels; an entry
 //! counts its samples, and gets one ray once it counts those of `first_updates` updates, so that a turn of a cone, which
 //! lowers the count, brings the rays back; so does a change of the scene (`motion`), and a texel that nobody asked for when
-//! something changed begins anew when it is seen again. In texels of a shape that turns, cones turn with it
-//! (`orientation`).
+//! something changed begins anew when it is seen again. A turn is that of an axis over a whole update. Turns do not lower the
+//! count alone: so do light that differs from that of the last updates (`surprise`), light from elsewhere (`news`) and cones
+//! that are dark and met by none (`doubt`), the latter two while the scene changes; where a light is switched on or off, all
+//! counts are 1. In texels of a shape that turns, cones turn with it (`orientation`). Texels whose centre another surface cuts
+//! off are moved (`cut_off`), and one cone of a texel at rest is tested at its edge (`calm_tests`). Of diffuse surfaces cones
+//! that lie above them are shaded in closed form, and with `filter = "bilinear"` four texels share the directions.
 
 mod charts;
 mod cut_off;
@@ -34,7 +39,7 @@ mod texels;
 use self::charts::Found;
 use self::gather::{Gathering, Tally};
 use self::memory::Memory;
-use self::options::{CutOff, Motion, Parameters};
+use self::options::{CutOff, Motion, Parameters, Reuse};
 use self::shade::{Shaded, Shading};
 use self::sight::Sight;
 use self::stillness::Stillness;
@@ -57,9 +62,10 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 13,
+        version: 14,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
+            "lights without a shape (points, spots, parallel light) are met by no test at a cone's edge: their cones stay narrow",
             "where more lights are strong than there are cones, far ones share a cone: highlights move and noise stays",
             "a smooth sky has no few directions: its cones cover the hemisphere",
             "light that moves or goes out trails behind by some frames: longest where a small part of it changes",
@@ -236,7 +242,12 @@ impl LightCones {
                 cut_off::uncover(surfaces, seen, &self.parameters, &counter)
             }),
         };
-        let reused = match self.parameters.reuse {
+        let reuses = match self.parameters.reuse {
+            Reuse::Never => false,
+            Reuse::AtRest => !gathering.restless,
+            Reuse::Always => true,
+        };
+        let reused = match reuses {
             true => rendered.stages.time("reuse", || gathering.reuse(surfaces)),
             false => 0,
         };

@@ -29,6 +29,18 @@ words! {
 }
 
 words! {
+    /// When new texels begin with the cones of the next coarser or finer one.
+    pub enum Reuse {
+        /// They do not.
+        Never = "never",
+        /// While nothing has changed for as long as `motion` says: those of the other size are what they should be.
+        AtRest = "at-rest",
+        /// Also while lights or shapes change.
+        Always = "always",
+    }
+}
+
+words! {
     /// What brings all samples back to entries at rest.
     pub enum Motion {
         /// Turns of their cones.
@@ -113,8 +125,8 @@ parameters! {
         pub horizon: Horizon = Horizon::Lost;
         /// What cones are told in relation to.
         pub orientation: Orientation = Orientation::Surface;
-        /// Whether new texels begin with the cones of the next coarser or finer one.
-        pub reuse: bool = true;
+        /// When new texels begin with the cones of the next coarser or finer one.
+        pub reuse: Reuse = Reuse::AtRest;
         /// Part of their count that those keep.
         pub reused_count: f32 = 0.5, Within(0.0, 1.0);
         /// Whether entries are kept in the 286 bits of the paper and 24 that tell changes; light above 131,064 is cut off.
