@@ -12,8 +12,9 @@ traced: wide (default where the processor has AVX-512, or AVX2 and FMA), waterti
 the name it has in provenance.json · LIGHTBENCH_HIDE instructions not to use: avx512, avx2";
 
 const DIFF_NOTES: &str = "Jobs belong together that have scene, view, technique, label, swept values and seed in common. For each \
-contender in which something changed it prints errors and counted and timed cost before and after, the relative change of \
-their mean, and whether that lies beyond the 95 % interval over seeds. What is the same to the last bit is left out. \
+contender in which something changed it prints errors, counted cost and CPU seconds before and after, the relative change of \
+their mean, and whether that lies beyond the 95 % interval over seeds. What is the same to the last bit is left out. Where a \
+run failed or is missing there is no data; a contender of one folder only is named. \
 It exits with 0 whatever changed, and with 3 where the folders have no job in common: `gate` decides, `diff` tells.";
 
 /// A laboratory for cached light: which method is better, by how much, at what cost, and is it

@@ -89,3 +89,34 @@ fn a_run_is_found_by_its_name_below_results() {
     assert_eq!(other.code, 2);
     assert!(other.err.contains("below results/"), "{}", other.err);
 }
+
+#[test]
+fn diff_tells_what_failed_and_what_one_folder_alone_has() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let run = |arguments: &[&str]| {
+        let run = place.lightbench(&[&["run", "tiny.toml"], arguments].concat());
+        assert_eq!(run.code, 0, "{}", run.err);
+    };
+    run(&["--out", "both"]);
+    run(&["--method", "IM", "--out", "one"]);
+    let job = place.rows("one")[0]["job"]
+        .as_str()
+        .expect("text")
+        .to_owned();
+    let file = place.path().join("one/jobs").join(job).join("row.json");
+    let text = fs::read_to_string(&file).expect("row");
+    let mut row: serde_json::Value = serde_json::from_str(&text).expect("json");
+    (row["status"], row["rays"], row["rmse"]) = ("failed: no memory".into(), 0.into(), ().into());
+    fs::write(&file, row.to_string()).expect("writable");
+    let diff = place.lightbench(&["diff", "both", "one"]);
+    assert_eq!(diff.code, 0, "{}", diff.err);
+    for said in [
+        "IM\n  no data: 1 of 2 seeds failed after: no memory\n",
+        "VGC+DGS\n  only in both\n",
+        "1 contenders in common, 1 changed beyond noise or without data, 1 only in both\n",
+    ] {
+        assert!(diff.out.contains(said), "`{said}` in {}", diff.out);
+    }
+    assert!(!diff.out.contains("100.00 %"), "{}", diff.out);
+}
