@@ -191,3 +191,32 @@ fn each_job_has_its_commands_and_each_point_its_row() {
     assert!(svg.contains("<title>VGC, ") && page.contains("<title>VGC, "));
     roxmltree::Document::parse(&svg).expect("a drawing");
 }
+
+#[test]
+fn costs_rank_cpu_seconds_and_never_wall_seconds() {
+    const BOTH: &str =
+        "repeats = 3\n[[table]]\nname = 'times'\nmetrics = ['seconds_total', 'cpu_seconds_total']";
+    let place = tempfile::tempdir().expect("folder");
+    let mut folder = Folder::new(&place.path().join("synthetic"), BOTH);
+    for (label, seconds) in METHODS {
+        for seed in 1..=3 {
+            let row = folder.job(which("statues", label, seed), (0.1, 0.1), None);
+            (row.seconds_total, row.cpu_seconds_total) = (seconds, 1.0 / seconds);
+        }
+    }
+    folder.write();
+    write(&folder.path).expect("report");
+    let page = folder.text("report.html");
+    let costs = page.split("id=\"costs\"").nth(1).expect("costs");
+    let costs = costs.split("<h2").next().unwrap_or_default();
+    assert!(
+        costs.contains("CPU time") && !costs.contains("wall time"),
+        "{costs}"
+    );
+    let times = folder.text("tables/times.md");
+    assert!(
+        times.contains("wall time") && times.contains("CPU time, "),
+        "{times}"
+    );
+    assert_eq!(times.matches("**").count(), 2, "one best: {times}");
+}

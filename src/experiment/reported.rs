@@ -22,10 +22,10 @@ pub struct TableSpec {
     /// `equal-error` (its `cost` against the first method's at equal error).
     #[serde(default = "methods_kind")]
     pub kind: TableKind,
-    /// Row columns: `rmse`, `flip_ldr`, `seconds_total`, `shadow_rays`, …
+    /// Row columns: `rmse`, `flip_ldr`, `cpu_seconds_total`, `shadow_rays`, …
     #[serde(default = "default_metrics")]
     pub metrics: Vec<String>,
-    /// `equal-cost`, `equal-error`: the row column of the cost, `all_rays` or `seconds_total`, say.
+    /// `equal-cost`, `equal-error`: the row column of the cost, `all_rays` or `cpu_seconds_total`, say.
     #[serde(default = "default_cost")]
     pub cost: String,
 }

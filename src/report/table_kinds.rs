@@ -40,7 +40,7 @@ fn errors() -> TableSpec {
     }
 }
 
-/// What every job cost: counted and timed.
+/// What every job cost: counted, and CPU seconds.
 pub fn costs(data: &Data) -> Table {
     let metrics = [
         "caches",
@@ -49,7 +49,7 @@ pub fn costs(data: &Data) -> Table {
         "bytes_scene",
         "bytes_cache",
         "bytes_work",
-        "seconds_total",
+        "cpu_seconds_total",
     ];
     overview(
         data,
@@ -93,7 +93,7 @@ impl Metric {
         Self { column, style }
     }
 
-    /// `RMSE ↓`, `time, s ↓`.
+    /// `RMSE ↓`, `CPU time, s ↓`.
     fn heading(&self) -> String {
         let unit = self.style.unit;
         let comma = if unit.is_empty() { "" } else { ", " };
