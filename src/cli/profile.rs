@@ -1,6 +1,6 @@
 //! `run --profile`: what the stages of all jobs took, and how well threads shared the work.
 
-use crate::experiment::Row;
+use crate::experiment::{Row, SEARCH_STAGE};
 use crate::technique::{Seconds, Stages};
 
 /// A line a stage, and one for what was done besides the jobs: wall and processor seconds, threads that were busy on average,
@@ -9,10 +9,12 @@ pub fn text(rows: &[Row], besides: &Stages) -> String {
     let mut stages: Vec<(&str, Seconds)> = Vec::new();
     let number = |value: Option<&serde_json::Value>| value.and_then(serde_json::Value::as_f64);
     for row in rows {
-        for (stage, wall) in &row.seconds {
-            let Some(cpu) = number(row.cpu_seconds.get(stage)) else {
-                continue; // A search: it has no processor time of its own.
-            };
+        for (stage, wall) in row
+            .seconds
+            .iter()
+            .filter(|(stage, _)| *stage != SEARCH_STAGE)
+        {
+            let cpu = number(row.cpu_seconds.get(stage)).unwrap_or(0.0);
             let at = stages.iter().position(|(name, _)| name == stage);
             let at = at.unwrap_or_else(|| {
                 stages.push((stage, Seconds::default()));
@@ -50,7 +52,8 @@ mod tests {
         row.seconds.insert("rendering".into(), 2.0.into());
         row.cpu_seconds.insert("rendering".into(), 3.0.into());
         row.serial_share.insert("rendering".into(), 0.5.into());
-        row.seconds.insert("search_settings".into(), 9.0.into());
+        row.seconds.insert(SEARCH_STAGE.into(), 9.0.into());
+        row.cpu_seconds.insert(SEARCH_STAGE.into(), 9.0.into());
         let mut besides = Stages::default();
         let loading = Seconds {
             wall: 1.0,

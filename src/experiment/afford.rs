@@ -76,7 +76,7 @@ impl<'a> Trial<'a> {
         for image in &images {
             self.spent += (self.spending.of)(image, pixels as f64);
             self.search.add(Search {
-                seconds: image.stages.total().wall,
+                seconds: image.stages.total(),
                 rays: image.rays,
             });
             self.search.add(image.search);
@@ -290,7 +290,7 @@ mod tests {
             let told = told(&afforded);
             assert_eq!(told.found, [(FOUND, afforded.count as f64)]);
             assert!(told.notes.is_empty());
-            assert_eq!(told.search.seconds, 7.0 * (images.get() - 1) as f64);
+            assert_eq!(told.search.seconds.wall, 7.0 * (images.get() - 1) as f64);
         }
     }
 
@@ -326,7 +326,7 @@ mod tests {
         let afforded = within(5.0, &RAYS_PER_PIXEL, two_frames).expect("renders");
         assert_eq!((afforded.count, afforded.images.len()), (5, 0));
         assert_eq!(
-            told(&afforded).search.seconds,
+            told(&afforded).search.seconds.wall,
             14.0 * f64::from(trials.get())
         );
     }

@@ -67,7 +67,7 @@ pub use provenance::{Provenance, kernel, machine, program};
 pub use reference::Reference;
 pub use reference_store::{ReferenceStore, Stored};
 pub use reported::{ClaimSpec, FigureKind, FigureSpec, GateSpec, Published, TableKind, TableSpec};
-pub use row::{Row, to_csv};
+pub use row::{Row, SEARCH_STAGE, to_csv};
 pub use run::{Outcome, RunError, RunOptions, run};
 pub use scale::Scale;
 pub use scenes::Additions;

@@ -8,6 +8,9 @@ use serde_json::{Map, Value};
 use super::columns::{self, COLUMNS, Cells};
 use super::{Job, Swept};
 
+/// The stage that stands for a search for settings, in no total.
+pub const SEARCH_STAGE: &str = "search_settings";
+
 /// A job's result. Missing metrics are `None`: not computed, or not defined (a failed job). Fields that older
 /// rows lack have their defaults.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

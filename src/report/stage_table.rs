@@ -3,8 +3,7 @@
 use super::data::{Asked, Data};
 use super::table::{Block, Group, Line, Table};
 use super::table_kinds::{asked, column_of, notes, ours, start, style_of, theirs};
-use crate::experiment::TableSpec;
-use crate::experiment::{Column, Unit};
+use crate::experiment::{Column, SEARCH_STAGE, TableSpec, Unit};
 
 /// The columns of a stage: ours, and what papers print of it.
 struct Stage {
@@ -20,6 +19,10 @@ impl Stage {
             cpu: format!("cpu_seconds_{name}"),
             wall: format!("seconds_{name}"),
         }
+    }
+
+    fn is_search(&self) -> bool {
+        self.wall.strip_prefix("seconds_") == Some(SEARCH_STAGE)
     }
 
     fn published(&self, data: &Data, asked: Asked) -> Option<f64> {
@@ -98,6 +101,10 @@ pub fn stages(data: &Data, spec: &TableSpec) -> Table {
             ""
         }
     ));
+    if stages.iter().any(|stage| stage.is_search()) {
+        let note = "CPU search settings: a search for settings, in no total.";
+        table.notes.push(note.into());
+    }
     table
 }
 

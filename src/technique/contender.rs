@@ -2,7 +2,7 @@
 
 use toml::Table;
 
-use super::{Film, Listed, Shot, Site, Stages, Technique};
+use super::{Film, Listed, Seconds, Shot, Site, Stages, Technique};
 use crate::entry::{About, ParameterError};
 use crate::environment::LightSet;
 use crate::image::Image;
@@ -269,8 +269,8 @@ impl Playing<'_> {
 /// What a search for settings took; excluded from the totals of every contender.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Search {
-    /// Wall time.
-    pub seconds: f64,
+    /// On all clocks, as of stages.
+    pub seconds: Seconds,
     /// Those cast while searching.
     pub rays: RayCounts,
 }

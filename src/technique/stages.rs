@@ -1,6 +1,6 @@
 //! What each stage of a job took: wall time, and processor time of all threads and of the one that coordinates them.
 
-use std::ops::Sub;
+use std::ops::{AddAssign, Sub};
 use std::time::Instant;
 
 /// Seconds of one stage, or of one moment on the clocks.
@@ -23,8 +23,10 @@ impl Seconds {
             0.0
         }
     }
+}
 
-    fn add(&mut self, other: Self) {
+impl AddAssign for Seconds {
+    fn add_assign(&mut self, other: Self) {
         self.wall += other.wall;
         self.cpu += other.cpu;
         self.serial += other.serial;
@@ -113,7 +115,7 @@ impl Stages {
     /// Adds to a stage.
     pub fn add(&mut self, name: &'static str, seconds: Seconds) {
         match self.0.iter_mut().find(|stage| stage.name == name) {
-            Some(stage) => stage.seconds.add(seconds),
+            Some(stage) => stage.seconds += seconds,
             None => self.0.push(Stage { name, seconds }),
         }
     }
@@ -121,7 +123,7 @@ impl Stages {
     /// All stages together.
     pub fn total(&self) -> Seconds {
         let mut total = Seconds::default();
-        self.0.iter().for_each(|stage| total.add(stage.seconds));
+        self.0.iter().for_each(|stage| total += stage.seconds);
         total
     }
 }

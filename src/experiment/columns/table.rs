@@ -232,7 +232,7 @@ pub const COLUMNS: &[ColumnEntry] = &[
         "CPU ",
         Unit::Seconds,
         LOWER,
-        "CPU time of all threads in a stage",
+        "CPU time of all threads in a stage; `search_settings` is a search for settings",
         Cells::Stages(|r| &r.cpu_seconds),
     ),
     entry(

@@ -5,7 +5,7 @@ use std::io;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::super::Row;
+use super::super::{Row, SEARCH_STAGE};
 use crate::metric::Comparison;
 use crate::technique::{Rendered, Seconds};
 
@@ -82,7 +82,9 @@ pub struct StageRecord {
 /// What a search for settings took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SearchRecord {
+    /// Wall time.
     pub seconds: f64,
+    pub cpu: f64,
     pub rays: u64,
     pub shadow_rays: u64,
 }
@@ -113,7 +115,8 @@ impl FrameRecord {
             serial: stage.seconds.serial,
         };
         let search = SearchRecord {
-            seconds: rendered.search.seconds,
+            seconds: rendered.search.seconds.wall,
+            cpu: rendered.search.seconds.cpu,
             rays: rendered.search.rays.closest,
             shadow_rays: rendered.search.rays.shadow,
         };
@@ -204,9 +207,10 @@ impl Row {
         let searches: Vec<&SearchRecord> =
             frames.iter().filter_map(|f| f.search.as_ref()).collect();
         if !searches.is_empty() {
-            let seconds: f64 = searches.iter().map(|s| s.seconds).sum();
-            self.seconds
-                .insert("search_settings".into(), seconds.into());
+            let sum = |of: fn(&SearchRecord) -> f64| searches.iter().map(|s| of(s)).sum::<f64>();
+            let (wall, cpu) = (sum(|s| s.seconds), sum(|s| s.cpu));
+            self.seconds.insert(SEARCH_STAGE.into(), wall.into());
+            self.cpu_seconds.insert(SEARCH_STAGE.into(), cpu.into());
             self.search_rays = searches.iter().map(|s| s.rays).sum();
             self.search_shadow_rays = searches.iter().map(|s| s.shadow_rays).sum();
         }

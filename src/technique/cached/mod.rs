@@ -157,7 +157,7 @@ impl Distributed<'_> {
                 best = Some((error, first));
             }
         }
-        search.seconds = clock.seconds().wall;
+        search.seconds = clock.seconds();
         Ok(best.map(|(_, first)| Picked { first, search }))
     }
 

@@ -75,7 +75,7 @@ impl PerSample<'_> {
             let clock = Clock::start();
             let (records, rays) = self.rays_of_records(shot);
             rendered.search = Search {
-                seconds: clock.seconds().wall,
+                seconds: clock.seconds(),
                 rays,
             };
             rendered.found.push(("rays_of_records", records as f64));

@@ -44,6 +44,12 @@ fn errors_are_averaged_over_measured_frames_and_costs_added_over_all() {
     };
     let mut later = frame(2, 0, 4.0);
     later.error_change = Some(4.0);
+    later.search = Some(SearchRecord {
+        seconds: 7.0,
+        cpu: 9.0,
+        rays: 70,
+        ..SearchRecord::default()
+    });
     let frames = [warm_up, frame(1, 0, 3.0), frame(1, 1, 5.0), later];
     let mut row = Row {
         caches: Some(0),
@@ -55,6 +61,9 @@ fn errors_are_averaged_over_measured_frames_and_costs_added_over_all() {
     assert_eq!((row.flicker, row.rmse_cold), (Some(2.0), None));
     assert_eq!((row.rays, row.bytes_cache, row.bytes_work), (40, 200, 2));
     assert_eq!((row.seconds_total, row.cpu_seconds_total), (2.0, 4.0));
+    let search = (&row.seconds[SEARCH_STAGE], &row.cpu_seconds[SEARCH_STAGE]);
+    assert_eq!(search, (&7.0.into(), &9.0.into()));
+    assert_eq!((row.search_rays, row.search_shadow_rays), (70, 0));
     assert_eq!(row.serial_share["rendering"], 0.25);
     assert_eq!(row.params["passes"], 1.0);
     assert_eq!(row.notes, ["a note"]);

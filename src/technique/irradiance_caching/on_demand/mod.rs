@@ -133,7 +133,7 @@ impl Job<'_> {
             .values()
             .for_each(|known| spent += known.rays);
         rendered.search = Search {
-            seconds: clock.seconds().wall,
+            seconds: clock.seconds(),
             rays: spent,
         };
         let tried = searching.known.len();
