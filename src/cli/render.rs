@@ -64,9 +64,17 @@ impl Prepared {
         }
         shot.layer = technique.shared_layer(&shot);
         let started = technique.start(&job.method, &job.method_parameters, Terms::default())?;
-        let searches = started.contender.searches();
+        let (searches, remembers) = (started.contender.searches(), started.contender.remembers());
         let reference = searches.then(|| exact(technique, &shot).image);
-        render_job(job, technique, &shot, reference.as_ref()).map_err(Failure::job)
+        let mut rendered =
+            render_job(job, technique, &shot, reference.as_ref()).map_err(Failure::job)?;
+        if remembers && frame > 0 {
+            rendered.notes.push(format!(
+                "{} learns from earlier frames, and of this image there were none: it begins at --time; `run` plays a [sequence]",
+                job.method
+            ));
+        }
+        Ok(rendered)
     }
 }
 

@@ -337,3 +337,18 @@ fn swept_parameters_of_contenders_alone_are_those_of_each_job() {
         assert_eq!(alone[metric], rows[1][metric], "{metric}");
     }
 }
+
+/// One moment has no frames before it.
+#[test]
+fn render_says_where_a_method_that_learns_from_frames_has_none() {
+    let place = Place::new();
+    let note = "running-mean learns from earlier frames";
+    for (time, is_said) in [("0", false), ("1.5", true)] {
+        let scene = ["render", "hard-cases", "--view", "poles", "--size", "16x9"];
+        let method = ["--technique", "path-tracing", "--method", "running-mean"];
+        let rest = ["--budget", "1", "--time", time, "--out", "o.png"];
+        let render = place.lightbench(&[&scene[..], &method, &rest].concat());
+        assert_eq!(render.code, 0, "{}", render.err);
+        assert_eq!(render.err.contains(note), is_said, "{}", render.err);
+    }
+}
