@@ -203,6 +203,36 @@ fn published_tables_are_listed_with_command_and_commit() {
     }
 }
 
+/// Commands of published tables are planned with their overrides, those whose scenes or maps are in the program.
+#[test]
+fn commands_of_published_tables_plan_with_their_overrides() {
+    let results = read("docs/results.md");
+    let commands = results.lines().filter_map(|line| {
+        let command = line.strip_prefix("| [")?.split("| `run ").nth(1)?;
+        Some(command.split('`').next().unwrap_or_default())
+    });
+    let mut commands: Vec<&str> = commands.collect();
+    commands.sort_unstable();
+    commands.dedup();
+    let place = tempfile::tempdir().expect("a folder");
+    let mut planned = 0;
+    for command in commands {
+        if command.ends_with('…') {
+            println!("skipped, as it is cut short: {command}");
+            continue;
+        }
+        let arguments: Vec<&str> = ["plan"].into_iter().chain(command.split(' ')).collect();
+        match lightbench(place.path(), &arguments) {
+            Ok(_) => planned += 1,
+            Err(why) if why.contains("Set LIGHTBENCH_SCENES") => {
+                println!("skipped, as its scenes are in LIGHTBENCH_SCENES: {command}");
+            }
+            Err(why) => panic!("run {command}: {why}"),
+        }
+    }
+    assert!(planned > 20, "{planned}");
+}
+
 /// Puts text between two marks of a page: compares, or blesses.
 fn between(page: &str, start: &str, end: &str, text: &str, advice: &str) {
     let written = read(page);
