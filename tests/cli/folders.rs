@@ -186,7 +186,7 @@ fn provenance_tells_what_the_environment_hid() {
 
 /// What Mitsuba knows and we leave out is no error, but nothing that may go unsaid.
 #[test]
-fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
+fn notes_of_a_loader_reach_the_terminal_rows_report_provenance_and_junit() {
     let place = Place::new();
     let scene = r#"<scene version="3.0.0">
 <sensor type="perspective"><float name="fov" value="42"/>
@@ -197,10 +197,9 @@ fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
     place.write("ball.xml", scene);
     let text = experiment("ambient-occlusion", "IM")
         .replace("name = \"room\"\n[[m", "name = \"ball.xml\"\n[[m");
-    place.write(
-        "ball.toml",
-        &text.replace("[[method]]", "[[method]]\nid = \"VGC\"\n[[method]]"),
-    );
+    let text = text.replace("[[method]]", "[[method]]\nid = \"VGC\"\n[[method]]");
+    let gate = "\n[[gate]]\ntext = \"bounded\"\nexpect = \"rmse(IM) < 9\"\n";
+    place.write("ball.toml", &(text + gate));
     let run = place.lightbench(&["run", "ball.toml", "--out", "out"]);
     assert_eq!(run.code, 0, "{}", run.err);
     assert_eq!(
@@ -215,7 +214,9 @@ fn notes_of_a_loader_reach_the_terminal_rows_and_provenance() {
             "{row}"
         );
     }
-    for file in ["provenance.json", "report.html"] {
+    let gated = place.lightbench(&["gate", "out", "--junit", "out/gate.xml"]);
+    assert_eq!(gated.code, 0, "{}{}", gated.out, gated.err);
+    for file in ["provenance.json", "report.html", "gate.xml"] {
         let text = fs::read_to_string(place.path().join("out").join(file)).expect("there");
         assert!(text.contains("use_fast_approx"), "{file}");
     }
