@@ -9,7 +9,7 @@ use lightbench::scene::{
     ShapeDescription, ShapeSource, View,
 };
 use lightbench::shade::{Depths, RenderOptions, render};
-use lightbench::technique::{Choice, Film, Rendered, Shot, Terms, reference_pass};
+use lightbench::technique::{Choice, Film, Rendered, Search, Shot, Terms, reference_pass};
 use lightbench::trace::{RayCounter, Tracer};
 use lightbench::world::Moment;
 
@@ -56,6 +56,7 @@ fn lamp(side: f64, emission: f32) -> ShapeDescription {
     }
 }
 
+#[derive(Clone, Copy)]
 struct Setting<'a> {
     method: &'a str,
     caches: usize,
@@ -64,6 +65,20 @@ struct Setting<'a> {
 
 /// Renders one contender of a scene.
 fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
+    let of_method = match setting.method.starts_with("SD") {
+        true => "min_cluster_size = 1",
+        false => "",
+    };
+    rendered(description, setting, of_method, None)
+}
+
+/// The same with parameters of its method, and with a reference for those that pick settings by error.
+fn rendered(
+    description: &SceneDescription,
+    setting: &Setting,
+    of_method: &str,
+    reference: Option<&Image>,
+) -> Rendered {
     let parameters: toml::Table = setting.parameters.parse().expect("toml");
     let entry = technique("irradiance-caching").expect("registered");
     let technique = (entry.build)(&parameters).expect("parameters");
@@ -75,13 +90,10 @@ fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
         spp: 1,
     };
     let mut shot = Shot::new(Moment::still(&scene, &tracer), &scene.views[0], film);
-    let mut table = toml::Table::new();
-    if setting.method.starts_with("SD") {
-        table.insert("min_cluster_size".into(), 1.into());
-    }
+    let of_method: toml::Table = of_method.parse().expect("toml");
     let choice = Choice {
         method: setting.method,
-        parameters: &table,
+        parameters: &of_method,
         terms: Terms {
             budget: setting.caches,
             seed: 1,
@@ -89,7 +101,7 @@ fn cached(description: &SceneDescription, setting: &Setting) -> Rendered {
     };
     let technique = technique.as_ref();
     shot.layer = technique.shared_layer(&shot);
-    choice.still(technique, &shot, None).expect("renders")
+    choice.still(technique, &shot, reference).expect("renders")
 }
 
 fn mean(image: &Image) -> [f64; 3] {
@@ -217,6 +229,105 @@ fn equal_rays_are_equal() {
     };
     let ratio = rays("per-sample") / rays("IM");
     assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
+
+/// A value that a contender found.
+fn found(rendered: &Rendered, key: &str) -> f64 {
+    let found = rendered.found.iter().find(|(k, _)| *k == key);
+    found.expect(key).1
+}
+
+fn stage_names(rendered: &Rendered) -> Vec<&str> {
+    rendered.stages.0.iter().map(|stage| stage.name).collect()
+}
+
+#[test]
+fn the_direct_layer_is_the_same_and_free_for_records_and_for_samples() {
+    let lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    let direct = ["IM", "per-sample"].map(|method| {
+        let [global, indirect] = ["global", "indirect"].map(|layer| {
+            let parameters = format!("side = 8\nreference_passes = 4\nlayer = '{layer}'");
+            let setting = Setting {
+                method,
+                caches: 40,
+                parameters: &parameters,
+            };
+            cached(&lit, &setting)
+        });
+        assert_eq!(global.rays, indirect.rays, "{method}");
+        assert_eq!(stage_names(&global), stage_names(&indirect), "{method}");
+        let both = global.image.pixels.into_iter().zip(indirect.image.pixels);
+        both.map(|(all, some)| [0, 1, 2].map(|c| all[c] - some[c]))
+            .collect::<Vec<[f32; 3]>>()
+    });
+    assert!(direct[0].iter().flatten().any(|v| *v > 0.1));
+    for (a, b) in direct[0].iter().zip(&direct[1]) {
+        // Up to the rounding of what was added and taken away.
+        (0..3).for_each(|c| assert!((a[c] - b[c]).abs() <= 1e-4 * (1.0 + a[c]), "{a:?} {b:?}"));
+    }
+}
+
+#[test]
+fn trial_clusterings_are_searched_for_and_only_the_chosen_one_is_charged() {
+    let lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    let setting = Setting {
+        method: "SD",
+        caches: 20,
+        parameters: "side = 8",
+    };
+    let reference = cached(
+        &lit,
+        &Setting {
+            caches: 144,
+            ..setting
+        },
+    )
+    .image;
+    let picked = rendered(
+        &lit,
+        &setting,
+        "min_cluster_size = 'best'",
+        Some(&reference),
+    );
+    let size = found(&picked, "min_cluster_size");
+    let set = rendered(&lit, &setting, &format!("min_cluster_size = {size}"), None);
+    assert_eq!(picked.image, set.image);
+    assert_eq!((picked.rays, picked.lookups), (set.rays, set.lookups));
+    assert_eq!(stage_names(&picked), stage_names(&set));
+    assert_eq!(set.search, Search::default());
+    let search = picked.search;
+    assert!(
+        search.rays.all() > 5 * set.rays.all(),
+        "of six clusterings: {search:?}"
+    );
+    assert!(search.seconds.wall > 0.0);
+}
+
+/// Where light is reflected once, all records cost the same.
+#[test]
+fn overtures_are_searched_for_and_only_the_records_of_the_last_are_charged() {
+    let mut lit = description(DVec3::new(0.3, 0.2, 0.9), vec![room(), lamp(0.5, 20.0)]);
+    lit.max_depth = 2;
+    let setting = Setting {
+        method: "on-demand",
+        caches: 20,
+        parameters: "side = 8",
+    };
+    let rendered = cached(&lit, &setting);
+    assert_eq!(
+        stage_names(&rendered),
+        ["shading_points", "records", "rendering"]
+    );
+    let camera_rays = 2 * (SIZE[0] * SIZE[1]) as u64;
+    let records = rendered.records.len() as u64;
+    let charged = rendered.rays.closest - camera_rays;
+    let evaluated = found(&rendered, "evaluated") as u64;
+    assert_eq!(charged % records, 0);
+    assert_eq!(rendered.search.rays.closest, evaluated * charged / records);
+    assert!(
+        evaluated > records,
+        "{evaluated} in all overtures, {records} in the last"
+    );
 }
 
 /// A floor with a wall of no thickness across it; the lamp is on the left, the camera on the right
