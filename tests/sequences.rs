@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use lightbench::experiment::{Row, RunOptions, Source, Store, plan, run};
+use lightbench::experiment::{Config, Plan, Row, RunOptions, Source, Store, plan, run};
+use lightbench::technique::Terms;
 
 /// A room with a block that turns, a lamp that moves and fades, and a sky that turns, seen from five paths.
 const SCENE: &str = r#"
@@ -128,7 +129,7 @@ impl Experiment<'_> {
         self.run_with(Duration::MAX)
     }
 
-    fn run_with(&self, checkpoint_every: Duration) -> Vec<(Row, Vec<Line>)> {
+    fn planned(&self) -> (Config, Plan) {
         std::fs::write(self.place.join("room.toml"), SCENE).expect("writable");
         let head = self.settings.split("[[method]]").next().unwrap_or("");
         let methods = &self.settings[head.len()..];
@@ -143,7 +144,11 @@ impl Experiment<'_> {
             file: self.place.join("config.toml"),
             text,
         };
-        let (config, plan) = plan(&source, &[]).unwrap_or_else(|e| panic!("{e}"));
+        plan(&source, &[]).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn run_with(&self, checkpoint_every: Duration) -> Vec<(Row, Vec<Line>)> {
+        let (config, plan) = self.planned();
         let options = RunOptions {
             folder: self.place.join(self.name),
             references: self.place.join("references"),
@@ -268,16 +273,46 @@ fn a_static_camera_gives_its_still_ten_times_but_for_random_paths() {
     }
 }
 
+/// What a technique is run with, every contender of the registry that starts with its usual settings among its methods,
+/// those that remember too.
+fn with_every_method(technique: &str, settings: &str) -> String {
+    let entry = lightbench::registry::technique(technique).expect("registered");
+    let built = (entry.build)(&toml::Table::new()).expect("usual settings");
+    let starts = |id: &str| {
+        let started = built.start(id, &toml::Table::new(), Terms::default());
+        started.is_ok()
+    };
+    let mut all = settings.split("[[method]]").next().unwrap_or("").to_owned();
+    for listed in (entry.contenders)().iter().filter(|l| starts(&l.id)) {
+        all += &format!("[[method]]\nid = '{}'\n", listed.id);
+    }
+    all
+}
+
+/// Stages of all are on the page of charges.
 #[test]
-fn a_sequence_of_one_frame_is_a_still_to_the_bit() {
+fn a_sequence_of_one_frame_is_a_still_to_the_bit_with_memory_and_without() {
+    let page = std::fs::read_to_string("docs/fairness.md").expect("a page");
     for (technique, settings) in TECHNIQUES {
         let place = tempfile::tempdir().expect("a folder");
-        let of = |name, sequence| run_in(place.path(), name, (technique, settings), sequence);
-        let still = of("still", "");
-        let one = of("one", "[sequence]\nframes = 1");
-        let along = of("along", "[sequence]\nframes = 1\npath = 'a'");
-        for ((still, _), ((one, _), (along, _))) in still.iter().zip(one.iter().zip(&along)) {
-            assert_eq!(still.job, one.job, "{technique}: the same job");
+        let settings = &with_every_method(technique, settings);
+        let of = |name, sequence| Experiment {
+            place: place.path(),
+            name,
+            technique,
+            settings,
+            sequence,
+        };
+        let still = of("still", "").run();
+        let one = of("one", "[sequence]\nframes = 1").planned().1.jobs;
+        let along = of("along", "[sequence]\nframes = 1\npath = 'a'").run();
+        assert_eq!((one.len(), along.len()), (still.len(), still.len()));
+        for ((still, _), (one, (along, _))) in still.iter().zip(one.iter().zip(&along)) {
+            assert_eq!(still.job, one.id, "{technique}: the same job");
+            for stage in still.seconds.keys() {
+                let name = format!("`{stage}`");
+                assert!(page.contains(&name), "{technique} {}: {name}", still.label);
+            }
             // The path begins at the view.
             assert_eq!(errors(still), errors(along), "{technique} {}", still.label);
             assert_eq!(
