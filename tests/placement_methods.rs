@@ -40,7 +40,7 @@ fn contenders() -> Vec<(String, Box<dyn FirstStage>)> {
         .collect()
 }
 
-fn assert_exact(name: &str, points: &ShadingPoints, (placement, count): (&Placement, usize)) {
+fn assert_exact(name: &str, points: &ShadingPoints, placement: &Placement, count: usize) {
     let sites: HashSet<u32> = placement.sites.iter().copied().collect();
     assert_eq!(sites.len(), placement.sites.len(), "{name}: distinct");
     assert_eq!(
@@ -78,7 +78,7 @@ fn counts_are_exact_and_sites_distinct_on_every_set() {
                 4000,
             ] {
                 let placement = stage.place(points, count, 1);
-                assert_exact(&format!("{name} on {set}"), points, (&placement, count));
+                assert_exact(&format!("{name} on {set}"), points, &placement, count);
                 let too_few = count > points.len();
                 assert!(
                     !too_few || !placement.notes.is_empty(),
@@ -185,7 +185,7 @@ fn a_distant_origin_keeps_counts_and_most_clusters() {
     let away = moved(&points, 1.0, Vec3::new(1e4, -1e4, 1e4));
     for (name, stage) in contenders() {
         let placement = stage.place(&away, 600, 3);
-        assert_exact(&name, &away, (&placement, 600));
+        assert_exact(&name, &away, &placement, 600);
     }
 }
 
@@ -228,7 +228,7 @@ fn a_ball_is_clustered_alike_whichever_pole_is_in_view() {
 fn an_angle_that_is_too_small_is_raised_and_said_so() {
     let points = ball(|p| p);
     let placement = build("vgc", "angle_deg = 1").place(&points, 20, 1);
-    assert_exact("vgc", &points, (&placement, 20));
+    assert_exact("vgc", &points, &placement, 20);
     assert!(found(&placement, "sigma_a_deg") > 10.0);
     assert!(
         placement.notes[0].contains("raised"),

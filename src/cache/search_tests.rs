@@ -5,12 +5,20 @@ use super::*;
 use crate::cache::TangentMetric;
 use crate::sample::Rng;
 
-/// The rule to the letter over all records.
-fn brute_force(
-    (positions, normals): (&[Vec3], &[Vec3]),
-    (p, n): (Vec3, Vec3),
-    rule: &SearchRule,
-) -> Vec<Neighbour> {
+/// Records, or queries.
+#[derive(Clone, Copy)]
+struct Set<'a> {
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+}
+
+fn set<'a>(positions: &'a [Vec3], normals: &'a [Vec3]) -> Set<'a> {
+    Set { positions, normals }
+}
+
+/// The rule to the letter over all records, for the query at `p` with the normal `n`.
+fn brute_force(records: Set, p: Vec3, n: Vec3, rule: &SearchRule) -> Vec<Neighbour> {
+    let Set { positions, normals } = records;
     if !p.is_finite() || !n.is_finite() {
         return Vec::new();
     }
@@ -52,13 +60,14 @@ fn brute_force(
     found
 }
 
-fn agree(records: (&[Vec3], &[Vec3]), queries: (&[Vec3], &[Vec3]), rule: SearchRule) {
-    let search = RecordSearch::new(records.0, records.1, rule);
-    let answers = search.map(queries.0, queries.1, |_, found| found.to_vec());
-    assert_eq!(answers.len(), queries.0.len());
+fn agree(records: Set, queries: Set, rule: SearchRule) {
+    let search = RecordSearch::new(records.positions, records.normals, rule);
+    let Set { positions, normals } = queries;
+    let answers = search.map(positions, normals, |_, found| found.to_vec());
+    assert_eq!(answers.len(), positions.len());
     for (i, answer) in answers.iter().enumerate() {
-        let expected = brute_force(records, (queries.0[i], queries.1[i]), &rule);
-        assert_eq!(answer, &expected, "query {i} at {}", queries.0[i]);
+        let expected = brute_force(records, positions[i], normals[i], &rule);
+        assert_eq!(answer, &expected, "query {i} at {}", positions[i]);
     }
 }
 
@@ -97,9 +106,9 @@ fn equals_brute_force_on_a_surface_for_every_metric() {
     let (p, n) = surface(600, 1);
     let (qp, qn) = image(60, 45);
     for lambda in [0.0, 0.05, 0.5, 20.0] {
-        agree((&p, &n), (&qp, &qn), rule(lambda));
+        agree(set(&p, &n), set(&qp, &qn), rule(lambda));
     }
-    agree((&p, &n), (&qp, &qn), SearchRule::spatial(12));
+    agree(set(&p, &n), set(&qp, &qn), SearchRule::spatial(12));
     for (across, bend) in [(16.0, 0.3), (0.0, 0.0), (1e4, 1e4)] {
         let tangent = SearchRule {
             candidates: 24,
@@ -107,7 +116,7 @@ fn equals_brute_force_on_a_surface_for_every_metric() {
             metric: Ranking::Tangent(TangentMetric { across, bend }),
             ..rule(0.0)
         };
-        agree((&p, &n), (&qp, &qn), tangent);
+        agree(set(&p, &n), set(&qp, &qn), tangent);
     }
     let odd = SearchRule {
         candidates: 5,
@@ -115,7 +124,7 @@ fn equals_brute_force_on_a_surface_for_every_metric() {
         max_angle_deg: 10.0,
         ..rule(0.1)
     };
-    agree((&p, &n), (&qp, &qn), odd);
+    agree(set(&p, &n), set(&qp, &qn), odd);
 }
 
 #[test]
@@ -127,7 +136,7 @@ fn equals_brute_force_for_queries_in_random_order_and_far_away() {
             *q *= 1000.0;
         }
     }
-    agree((&p, &n), (&qp, &qn), rule(0.02));
+    agree(set(&p, &n), set(&qp, &qn), rule(0.02));
 }
 
 #[test]
@@ -135,7 +144,7 @@ fn few_records_are_all_candidates() {
     let (qp, qn) = image(9, 7);
     for count in [0, 1, 5, 19, 20, 21] {
         let (p, n) = surface(count, 4);
-        agree((&p, &n), (&qp, &qn), rule(0.1));
+        agree(set(&p, &n), set(&qp, &qn), rule(0.1));
     }
 }
 
@@ -150,7 +159,7 @@ fn ties_go_to_the_lower_index() {
     for records in [&coincident, &lattice, &line] {
         let half: Vec<Vec3> = records.iter().map(|p| *p + Vec3::splat(0.5)).collect();
         for queries in [&coincident, &lattice, &line, &half] {
-            agree((records, &n), (queries, &n), rule(0.05));
+            agree(set(records, &n), set(queries, &n), rule(0.05));
         }
     }
     let search = RecordSearch::new(&coincident, &n, rule(0.0));
@@ -166,7 +175,7 @@ fn all_candidates_stay_if_the_filter_drops_all() {
     let (qp, _) = image(8, 8);
     let up = vec![Vec3::Z; 200];
     let down = vec![-Vec3::Z; 64];
-    agree((&p, &up), (&qp, &down), rule(0.3));
+    agree(set(&p, &up), set(&qp, &down), rule(0.3));
 }
 
 #[test]
@@ -177,7 +186,7 @@ fn what_is_not_finite_is_never_found_and_finds_nothing() {
     let (mut qp, mut qn) = image(6, 6);
     qp[7].z = f32::NAN;
     qn[8].z = f32::NAN;
-    agree((&p, &n), (&qp, &qn), rule(0.1));
+    agree(set(&p, &n), set(&qp, &qn), rule(0.1));
     let search = RecordSearch::new(&p, &n, rule(0.1));
     let counts = search.map(&qp, &qn, |_, found| found.len());
     assert_eq!((counts[7], counts[8], counts[9]), (0, 0, 6));
@@ -198,8 +207,8 @@ fn extreme_scales_and_offsets_agree_with_brute_force() {
             v.iter().map(|p| *p * scale + Vec3::splat(offset)).collect()
         };
         agree(
-            (&move_all(&p), &n),
-            (&move_all(&qp), &qn),
+            set(&move_all(&p), &n),
+            set(&move_all(&qp), &qn),
             rule(0.05 * scale),
         );
     }

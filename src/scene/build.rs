@@ -94,6 +94,13 @@ pub struct Shape {
     pub triangle_count: u32,
 }
 
+/// Which of what vertices carry is kept, of all shapes alike.
+struct Kept {
+    normals: bool,
+    uvs: bool,
+    colours: bool,
+}
+
 impl Shape {
     /// Its triangles, as places in those of the scene.
     pub fn triangles(&self) -> Range<usize> {
@@ -204,29 +211,26 @@ impl Scene {
         needs: Needs,
     ) -> Result<(), SceneError> {
         let any = |has: fn(&WorldShape) -> bool| shapes.iter().flatten().any(has);
-        let with_normals = needs.normals && any(|s| !s.mesh.normals.is_empty());
         let any_uvs = any(|s| !s.mesh.uvs.is_empty());
-        let with_colours = needs.materials
-            && description
-                .materials
-                .iter()
-                .any(Material::has_vertex_colours);
+        let mut materials = description.materials.iter();
+        let kept = Kept {
+            normals: needs.normals && any(|s| !s.mesh.normals.is_empty()),
+            uvs: needs.materials && any_uvs,
+            colours: needs.materials && materials.any(Material::has_vertex_colours),
+        };
         for (index, shape) in shapes.into_iter().enumerate() {
             let first_triangle = self.triangles.len() as u32;
             let declared = &description.shapes[index];
             if let Some(world) = shape {
                 let material = description.materials.get(declared.material);
                 let asks = material.is_some_and(Material::has_vertex_colours);
-                if with_colours && asks && world.mesh.colours.is_empty() {
+                if kept.colours && asks && world.mesh.colours.is_empty() {
                     let name = &declared.name;
                     self.report.notes.push(format!(
                         "`{name}` has no colours of vertices, which its material asks for: grey 0.5 instead"
                     ));
                 }
-                self.append(
-                    world,
-                    [with_normals, any_uvs && needs.materials, with_colours],
-                );
+                self.append(world, &kept);
             }
             let triangle_count = self.triangles.len() as u32 - first_triangle;
             self.triangle_shape
@@ -248,22 +252,22 @@ impl Scene {
     }
 
     /// Appends a shape around the new origin, without the triangles that f32 makes degenerate.
-    fn append(&mut self, world: WorldShape, [with_normals, with_uvs, with_colours]: [bool; 3]) {
+    fn append(&mut self, world: WorldShape, with: &Kept) {
         let base = self.positions.len();
         let origin = self.origin;
         let mesh = world.mesh;
         self.positions
             .extend(mesh.positions.iter().map(|p| (*p - origin).as_vec3()));
         let count = self.positions.len();
-        if with_normals {
+        if with.normals {
             self.normals.extend_from_slice(&mesh.normals);
             self.normals.resize(count, Vec3::ZERO);
         }
-        if with_uvs {
+        if with.uvs {
             self.uvs.extend_from_slice(&mesh.uvs);
             self.uvs.resize(count, Vec2::NAN);
         }
-        if with_colours {
+        if with.colours {
             self.colours.extend_from_slice(&mesh.colours);
             self.colours.resize(count, [0.5; 3]);
         }

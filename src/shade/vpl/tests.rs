@@ -78,23 +78,45 @@ fn options(count: usize, seed: u64, clamp: f32) -> VplOptions {
     }
 }
 
-/// Mean and variance of the mean.
-fn moments(values: &[f64]) -> [f64; 2] {
+#[derive(Debug)]
+struct Moments {
+    mean: f64,
+    /// Of the mean.
+    variance: f64,
+}
+
+/// Sets of virtual lights that are averaged over.
+#[derive(Clone, Copy)]
+struct Sets {
+    /// Lights of each.
+    count: usize,
+    seeds: u64,
+}
+
+const SETS: Sets = Sets {
+    count: 1500,
+    seeds: 40,
+};
+
+fn moments(values: &[f64]) -> Moments {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    [mean, squares / (n * (n - 1.0))]
+    Moments {
+        mean,
+        variance: squares / (n * (n - 1.0)),
+    }
 }
 
 /// Light of all virtual lights along camera rays, by seeds of the set.
-fn summed(scene: &Scene, rays: &[Ray], (count, seeds): (usize, u64)) -> Vec<[f64; 2]> {
+fn summed(scene: &Scene, rays: &[Ray], sets: Sets) -> Vec<Moments> {
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
     let paths = PathTracer::new(scene, &tracer);
     let counter = RayCounter::default();
     let caster = tracer.caster(&counter);
     let mut found = vec![Vec::new(); rays.len()];
-    for seed in 0..seeds {
-        let lights = VirtualLights::new(&paths, &options(count, seed, 0.0), &counter);
+    for seed in 0..sets.seeds {
+        let lights = VirtualLights::new(&paths, &options(sets.count, seed, 0.0), &counter);
         for (ray, found) in rays.iter().zip(&mut found) {
             let hit = caster.closest(ray).expect("a surface");
             let at = paths.surfaces().interact(&hit, ray.direction);
@@ -107,7 +129,7 @@ fn summed(scene: &Scene, rays: &[Ray], (count, seeds): (usize, u64)) -> Vec<[f64
     found.iter().map(|values| moments(values)).collect()
 }
 
-fn traced(scene: &Scene, rays: &[Ray], samples: u64) -> Vec<[f64; 2]> {
+fn traced(scene: &Scene, rays: &[Ray], samples: u64) -> Vec<Moments> {
     let tracer = Tracer::new(&scene.positions, &scene.triangles);
     let paths = PathTracer::new(scene, &tracer);
     let counter = RayCounter::default();
@@ -139,15 +161,15 @@ fn rays() -> Vec<Ray> {
     .to_vec()
 }
 
-fn assert_agreement(name: &str, scene: &SceneDescription, sets: (usize, u64)) {
+fn assert_agreement(name: &str, scene: &SceneDescription, sets: Sets) {
     let scene = Scene::build(scene, Needs::ALL).expect(name);
     let ours = summed(&scene, &rays(), sets);
     let truth = traced(&scene, &rays(), 20_000);
     for (i, (ours, truth)) in ours.iter().zip(&truth).enumerate() {
-        let sigma = (ours[1] + truth[1]).sqrt();
-        let difference = ours[0] - truth[0];
+        let sigma = (ours.variance + truth.variance).sqrt();
+        let difference = ours.mean - truth.mean;
         // Within noise that is small against the value.
-        assert!(sigma < 0.03 * truth[0], "{name} {i}: {ours:?} {truth:?}");
+        assert!(sigma < 0.03 * truth.mean, "{name} {i}: {ours:?} {truth:?}");
         assert!(
             difference.abs() < 4.0 * sigma,
             "{name} {i}: {ours:?} {truth:?}"
@@ -158,7 +180,7 @@ fn assert_agreement(name: &str, scene: &SceneDescription, sets: (usize, u64)) {
 #[test]
 fn the_sum_converges_to_the_path_tracer_in_a_diffuse_room() {
     let scene = room(plain("wall", [0.7, 0.5, 0.3]), plain("ball", [0.6; 3]));
-    assert_agreement("diffuse", &scene, (1500, 40));
+    assert_agreement("diffuse", &scene, SETS);
 }
 
 #[test]
@@ -173,7 +195,7 @@ fn the_sum_converges_to_the_path_tracer_with_glossy_surfaces() {
         },
         ..plain("metal", [0.0; 3])
     };
-    assert_agreement("glossy", &room(coated(0.4), metal), (1500, 40));
+    assert_agreement("glossy", &room(coated(0.4), metal), SETS);
 }
 
 #[test]
@@ -204,15 +226,12 @@ fn the_sum_converges_to_the_path_tracer_under_a_sky_and_a_sun() {
         .iter()
         .map(|ray| Ray::new(ray.origin - scene.origin.as_vec3(), ray.direction))
         .collect();
-    let (ours, truth) = (
-        summed(&scene, &moved, (1500, 40)),
-        traced(&scene, &moved, 20_000),
-    );
+    let (ours, truth) = (summed(&scene, &moved, SETS), traced(&scene, &moved, 20_000));
     for (ours, truth) in ours.iter().zip(&truth) {
-        let sigma = (ours[1] + truth[1]).sqrt();
-        assert!(sigma < 0.03 * truth[0], "{ours:?} {truth:?}");
+        let sigma = (ours.variance + truth.variance).sqrt();
+        assert!(sigma < 0.03 * truth.mean, "{ours:?} {truth:?}");
         assert!(
-            (ours[0] - truth[0]).abs() < 4.0 * sigma,
+            (ours.mean - truth.mean).abs() < 4.0 * sigma,
             "{ours:?} {truth:?}"
         );
     }
@@ -237,7 +256,7 @@ fn the_sum_converges_to_the_path_tracer_under_points_and_spots() {
         }
         .into(),
     ];
-    assert_agreement("points", &scene, (1500, 40));
+    assert_agreement("points", &scene, SETS);
     with_set(&scene, 1, |lights, to, _| {
         assert_eq!(lights.finite - lights.on_surfaces, 2);
         assert_eq!(lights.finite, lights.len());
@@ -284,7 +303,7 @@ fn a_closed_glowing_box_sums_a_geometric_series() {
     }
     for (values, albedo) in channels.iter().zip(albedo) {
         let expected: f64 = (1..DEPTH as i32).map(|k| f64::from(albedo).powi(k)).sum();
-        let [mean, variance] = moments(values);
+        let Moments { mean, variance } = moments(values);
         let sigma = variance.sqrt();
         assert!(sigma < 0.02 * expected, "{mean} ± {sigma}");
         assert!(
