@@ -194,10 +194,12 @@ fn each_job_has_its_commands_and_each_point_its_row() {
 
 #[test]
 fn costs_rank_cpu_seconds_and_never_wall_seconds() {
-    const BOTH: &str =
-        "repeats = 3\n[[table]]\nname = 'times'\nmetrics = ['seconds_total', 'cpu_seconds_total']";
+    const BOTH: &str = "metrics = ['seconds_total', 'cpu_seconds_total']";
+    let table = |name, kind| format!("[[table]]\nname = '{name}'\nkind = '{kind}'\n{BOTH}\n");
+    let tables = table("times", "methods") + &table("changes", "change");
+    let extra = format!("repeats = 3\n{tables}");
     let place = tempfile::tempdir().expect("folder");
-    let mut folder = Folder::new(&place.path().join("synthetic"), BOTH);
+    let mut folder = Folder::new(&place.path().join("synthetic"), &extra);
     for (label, seconds) in METHODS {
         for seed in 1..=3 {
             let row = folder.job(which("statues", label, seed), (0.1, 0.1), None);
@@ -218,5 +220,7 @@ fn costs_rank_cpu_seconds_and_never_wall_seconds() {
         times.contains("wall time") && times.contains("CPU time, "),
         "{times}"
     );
-    assert_eq!(times.matches("**").count(), 2, "one best: {times}");
+    for text in [times, folder.text("tables/changes.md")] {
+        assert_eq!(text.matches("**").count(), 2, "one best: {text}");
+    }
 }

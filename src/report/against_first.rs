@@ -6,8 +6,7 @@ use super::number::lacking;
 use super::ratio::{Axes, NoRatio, Ratio, mean_ratio};
 use super::table::{Block, Cell, Group, Line, NOTHING, Record, Table};
 use super::table_kinds::{lacking_note, repeats_note};
-use crate::experiment::Column;
-use crate::experiment::{TableKind, TableSpec};
+use crate::experiment::{Column, TableKind, TableSpec, Unit};
 
 /// Half widths of logarithms up to this are those of equal ratios.
 const ROUNDING: f64 = 1e-12;
@@ -52,8 +51,12 @@ pub fn against_first(data: &Data, spec: &TableSpec, mut table: Table) -> Table {
                 .iter()
                 .map(|label| mean_ratio(data, scenes, label, axes))
                 .collect();
-            let lower = spec.kind == TableKind::EqualError || error.lower_is_better != Some(false);
-            let marks = marks(&ratios, lower);
+            let judged = Column::of(compared);
+            let is_wall_time = judged.unit == Unit::Seconds && judged.lower_is_better.is_none();
+            let marks = match is_wall_time {
+                true => vec![Standing::Plain; ratios.len()],
+                false => marks(&ratios, judged.lower_is_better.unwrap_or(true)),
+            };
             for (((label, line), ratio), standing) in
                 data.labels().iter().zip(&mut lines).zip(&ratios).zip(marks)
             {
