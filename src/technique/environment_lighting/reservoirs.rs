@@ -44,15 +44,15 @@ impl Variant {
         table: &Table,
         terms: Terms,
     ) -> Result<Box<dyn Contender + 'a>, ParameterError> {
-        if table.contains_key("passes") {
-            let message = "environment lighting makes one pass for each camera sample: set `spp`";
-            return Err(ParameterError::new("passes", message));
-        }
         let affordable = (terms.budget / self.rays).clamp(1, 64) as u32;
         let preset = self.preset.with_reservoirs(affordable);
-        Ok(Box::new(Reservoirs {
-            restir: Restir::new(table, &preset, Sources::Environment, terms.seed)?,
-        }))
+        let restir = Restir::new(table, &preset, Sources::Environment, terms.seed)?;
+        if restir.passes().is_some() {
+            let message =
+                "passes: environment lighting makes one for each camera sample: set `spp`";
+            return Err(ParameterError::new("passes", message));
+        }
+        Ok(Box::new(Reservoirs { restir }))
     }
 }
 
