@@ -1,4 +1,4 @@
-//! The contenders `restir` and `restir-unbiased` of environment lighting: see [`crate::technique::restir`].
+//! The contenders `restir`, `restir-unbiased` and `rtxdi` of environment lighting: see [`crate::technique::restir`].
 //!
 //! Each sub-pixel sample has reservoirs, which go from one to the next as from frame to frame. Unless the number of
 //! reservoirs is given, it is what the budget pays for: two shadow rays each, unbiased six.
@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use toml::Table;
 
 use super::super::restir::{
-    ABOUT_BIASED, ABOUT_UNBIASED, BIASED, Looks, Preset, Restir, Sight, Sources, Surface, UNBIASED,
+    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, Preset, RTXDI, Restir, Sight,
+    Sources, Surface, UNBIASED,
 };
 use super::super::{Contender, Rendered, Shot, Terms};
 use super::illumination;
@@ -35,6 +36,11 @@ pub(super) static VARIANTS: &[Variant] = &[
         about: &ABOUT_UNBIASED,
         preset: UNBIASED,
         rays: 6,
+    },
+    Variant {
+        about: &ABOUT_RTXDI,
+        preset: RTXDI,
+        rays: 2,
     },
 ];
 
