@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::cone::Cone;
+use super::news::News;
 use super::rules::{Comparison, Inside, Rules, Unlit};
 use super::{Entry, MOST_CONES, angle_between};
 use crate::image::luminance;
@@ -11,12 +12,8 @@ use crate::image::luminance;
 pub struct Update<'a> {
     pub(super) rules: &'a Rules,
     pub(super) entry: Entry,
-    /// The entry as the update found it.
-    pub(super) before: Entry,
-    /// Luminance of the samples from outside its cones.
-    pub(super) news: f32,
-    /// Luminance of the two brightest of them, the brighter one first.
-    pub(super) brightest_news: [f32; 2],
+    /// Light from outside the cones of before, where that is evidence.
+    pub(super) news: Option<News>,
     /// X: light that the samples of this update brought into each cone, a mean over all of them.
     pub(super) arrived: [Vec3; MOST_CONES],
     /// Whether one fell into it.
@@ -29,6 +26,8 @@ pub struct Update<'a> {
     pub(super) largest: f32,
     /// Samples of the update, those that reach no light included.
     pub(super) samples: u32,
+    /// Samples that reached their light.
+    pub(super) arrivals: u32,
     /// Whether the count was lowered.
     pub(super) lowered: bool,
 }
@@ -39,15 +38,14 @@ impl<'a> Update<'a> {
         Self {
             rules,
             entry,
-            before: entry,
-            news: 0.0,
-            brightest_news: [0.0; 2],
+            news: None,
             arrived: [Vec3::ZERO; MOST_CONES],
             lit: [false; MOST_CONES],
             axes: entry.cones.map(|cone| cone.axis),
             turn: 0.0,
             largest: 0.0,
             samples,
+            arrivals: 0,
             lowered: false,
         }
     }
@@ -61,13 +59,12 @@ impl<'a> Update<'a> {
     /// its light, divided by the number of all samples of the update.
     pub fn add(&mut self, direction: Vec3, light: Vec3) {
         let bright = luminance(light.into());
-        if !self.is_known(direction) {
-            self.news += bright;
-            let [first, second] = self.brightest_news;
-            self.brightest_news = [first.max(bright), second.max(first.min(bright))];
+        if let Some(news) = &mut self.news {
+            news.hear(direction, bright);
         }
         let cone = self.cone_for(direction, light);
         self.arrived[cone] += light;
+        self.arrivals += 1;
         self.largest = self.largest.max(bright);
         self.lit[cone] = true;
     }
@@ -171,7 +168,7 @@ impl<'a> Update<'a> {
 
     /// Takes all samples, those that reached no light included, into the mean.
     pub fn average(&mut self) {
-        self.lower_count();
+        self.forget_what_turned();
         let weight = self.rules.weight_of(self.samples);
         let count = (self.entry.count + weight).min(self.rules.most_count.max(weight));
         self.entry.count = count;
@@ -183,8 +180,13 @@ impl<'a> Update<'a> {
         }
     }
 
-    /// Lowers the count where an axis has turned, once in an update: what comes next then weighs more.
-    fn lower_count(&mut self) {
+    /// Lowers the count: what is remembered weighs less beside what comes next.
+    pub(super) fn forget(&mut self, divisor: f32) {
+        self.entry.count /= divisor;
+    }
+
+    /// Forgets where an axis has turned, once in an update.
+    fn forget_what_turned(&mut self) {
         let turn_deg = self.turn.to_degrees();
         if self.lowered
             || turn_deg <= self.rules.turn_deg
@@ -193,13 +195,12 @@ impl<'a> Update<'a> {
             return;
         }
         self.lowered = true;
-        let factor = (1.0 + 0.05 * turn_deg).clamp(1.01, 3.0);
-        self.entry.count = (self.entry.count / factor).max(1.0);
+        self.forget((1.0 + 0.05 * turn_deg).clamp(1.01, 3.0));
     }
 
     /// The entry after the update, without cones that hold next to nothing.
     pub fn finish(mut self) -> Entry {
-        self.lower_count();
+        self.forget_what_turned();
         self.entry.tidy(self.rules.negligible, &self.lit);
         self.entry
     }

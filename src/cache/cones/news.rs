@@ -5,26 +5,60 @@
 
 use glam::Vec3;
 
-use super::Update;
 use super::shrink::SAMPLES_TO_DOUBT;
+use super::{Entry, Update};
 use crate::image::luminance;
 
+/// Light of an update that arrives from where no cone was.
+pub(super) struct News {
+    /// The entry as the update found it.
+    before: Entry,
+    /// Luminance of the samples from outside its cones.
+    light: f32,
+    /// Luminance of the two brightest of them, the brighter one first.
+    brightest: [f32; 2],
+}
+
+impl News {
+    /// Takes note of a sample of this luminance.
+    pub fn hear(&mut self, direction: Vec3, bright: f32) {
+        if self.before.cones().iter().any(|cone| cone.holds(direction)) {
+            return;
+        }
+        self.light += bright;
+        let [first, second] = self.brightest;
+        self.brightest = [first.max(bright), second.max(first.min(bright))];
+    }
+
+    /// What of it says that the light has moved. The two brightest samples do not: of a strong light that is seldom met comes
+    /// one or two, of one that has moved most of all.
+    fn evidence(&self) -> f32 {
+        self.light - self.brightest.iter().sum::<f32>()
+    }
+}
+
 impl Update<'_> {
-    /// Whether a direction lay in a cone when the update began.
-    pub(super) fn is_known(&self, direction: Vec3) -> bool {
-        self.before.cones().iter().any(|cone| cone.holds(direction))
+    /// Listens for light from outside the cones as they are now, before samples are added. Only for lights that may have
+    /// changed.
+    pub fn listen(&mut self) {
+        self.news = Some(News {
+            before: self.entry,
+            light: 0.0,
+            brightest: [0.0; 2],
+        });
     }
 
     /// Lowers the count by the part of the light that came from outside all cones of before, once all samples were added: what
-    /// comes next then weighs more. Only for lights that may have changed. The two brightest samples from outside are no
-    /// evidence: of a strong light that is seldom met comes one or two, of one that has moved most of all.
+    /// comes next then weighs more.
     pub fn take_news(&mut self) {
+        let Some(news) = &self.news else {
+            return;
+        };
         let arrived: Vec3 = self.arrived[..self.entry.used].iter().sum();
         let all = luminance(arrived.into());
-        if self.samples >= SAMPLES_TO_DOUBT && self.news > 0.0 && all > 0.0 {
-            let evidence = self.news - self.brightest_news.iter().sum::<f32>();
-            let known = (1.0 - evidence / all).clamp(0.0, 1.0);
-            self.entry.count *= known.powf(self.rules.news);
+        if self.samples >= SAMPLES_TO_DOUBT && all > 0.0 {
+            let known = (1.0 - news.evidence() / all).clamp(0.0, 1.0);
+            self.forget(known.powf(-self.rules.news));
         }
     }
 }
@@ -42,6 +76,7 @@ mod tests {
             light: Vec3::ONE,
         };
         let mut update = Update::of(Entry::of(&[cone], 40.0), rules, samples);
+        update.listen();
         for number in 0..samples {
             let direction = match number < outside {
                 true => Vec3::new(0.6, 0.0, 0.8),

@@ -93,7 +93,7 @@ parameters! {
         /// never lowers it.
         pub news: f32 = 8.0, Within(0.0, 100.0);
         /// What the count is divided by where the scene changes and a cone is met by none of at least four samples and dark at
-        /// its edge.
+        /// its edge, if all samples of the update reached their light; to the power of the part that did.
         pub doubt: f32 = 8.0, Within(1.0, 255.0);
         /// What the count is divided by, at least, where what the last updates brought differs from the light of an entry.
         pub surprised: f32 = 3.0, Within(1.0, 255.0);

@@ -30,11 +30,14 @@ impl Update<'_> {
     }
 
     /// Lowers the count where a cone is dark at its edge and no sample met it: its light may be gone, and what comes next
-    /// weighs more. Only for lights that may have changed: weak ones are missed by most updates anyway.
+    /// weighs more. The fewer samples reach a light at all, the less that says: those that do not were sent to strong lights
+    /// that something hides, and had none left for this cone. Only for lights that may have changed: weak ones are missed by
+    /// most updates anyway.
     pub fn doubt(&mut self, dark: &[EdgeTest]) {
         let doubtful = |test: &EdgeTest| !self.lit[test.cone];
         if self.samples >= SAMPLES_TO_DOUBT && dark.iter().any(doubtful) {
-            self.entry.count = (self.entry.count / self.rules.doubt).max(1.0);
+            let evidence = self.arrivals as f32 / self.samples as f32;
+            self.forget(self.rules.doubt.powf(evidence));
         }
     }
 
@@ -144,25 +147,27 @@ mod tests {
     }
 
     #[test]
-    fn a_dark_cone_that_no_sample_meets_is_doubted() {
+    fn a_dark_cone_that_no_sample_meets_is_doubted_as_far_as_samples_arrive() {
         let rules = Rules {
             turn_deg: 5.0,
             ..Rules::default()
         };
-        let count = |samples: u32, lit: bool| {
+        let count = |samples: u32, met: u32, missed: u32| {
             let mut update = Update::of(wide(), &rules, samples);
-            if lit {
-                update.add(Vec3::Z, Vec3::ONE);
-            }
+            (0..met).for_each(|_| update.add(Vec3::Z, Vec3::ONE));
+            (0..missed).for_each(|_| update.add(Vec3::X, Vec3::ONE));
             update.average();
             let test = update.edge_of(0, 0.4);
             update.doubt(&[test]);
             update.shrink(&[test]);
             update.finish().count
         };
-        assert_eq!(count(1, false), 51.0);
-        assert_eq!(count(10, true), 60.0);
-        assert_eq!(count(10, false), 7.5);
+        assert_eq!(count(1, 0, 1), 51.0);
+        assert_eq!(count(10, 1, 9), 60.0);
+        assert_eq!(count(10, 0, 10), 7.5);
+        let half = 60.0 / 8f32.sqrt();
+        assert!((count(10, 0, 5) - half).abs() < 1e-4);
+        assert_eq!(count(10, 0, 0), 60.0);
     }
 
     #[test]

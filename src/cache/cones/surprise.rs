@@ -30,9 +30,9 @@ impl Update<'_> {
         let arrived = self.arrived[..self.entry.used].iter().copied();
         let now = luminance(arrived.sum::<Vec3>().into());
         let before = luminance(self.entry.light().into());
-        let watch = &mut self.entry.watch;
+        let mut watch = self.entry.watch;
         if count <= 0.0 {
-            watch.recent = now;
+            self.entry.watch.recent = now;
             return;
         }
         let weight = self.rules.weight_of(self.samples);
@@ -51,13 +51,14 @@ impl Update<'_> {
         if count >= FIRST * weight && apart > by_chance {
             self.lowered = true;
             let surprise = (apart / by_chance).powi(2);
-            self.entry.count = count / (self.rules.surprised * surprise);
+            self.forget(self.rules.surprised * surprise);
             watch.recent += (now - watch.recent) * (1.0 - 1.0 / (1.0 + surprise));
             distance = distance.min(2.0 * spread);
         }
         let newest = (weight / count).clamp(SPREAD, 1.0);
         let squares = [watch.spread, distance].map(|distance| distance * distance);
         watch.spread = (squares[0] + (squares[1] - squares[0]) * newest).sqrt();
+        self.entry.watch = watch;
     }
 }
 

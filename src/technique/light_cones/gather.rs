@@ -137,6 +137,9 @@ impl Gathering<'_> {
             false => self.samples,
         };
         let mut update = Update::of(entry, &self.parameters.rules, samples);
+        if self.restless {
+            update.listen();
+        }
         let cosine = |direction: Vec3| direction.dot(texel.normal).max(0.0);
         let remembers = self.parameters.hidden == HiddenLights::Remembered;
         let chances = match remembers {
@@ -177,9 +180,7 @@ impl Gathering<'_> {
         if !calm {
             update.watch();
         }
-        if self.restless {
-            update.take_news();
-        }
+        update.take_news();
         update.average();
         self.test(caster, texel, &mut update, rng, calm, tally);
         let entry = update.finish();
