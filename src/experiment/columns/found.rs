@@ -301,6 +301,12 @@ pub const FOUND: &[ColumnEntry] = &[
         "texels that the viewers of a frame ask for together",
     ),
     found(
+        "shared_texels",
+        "texels shared",
+        Unit::None,
+        "share of the texels of all viewers that another one has asked for before: what one cache saves",
+    ),
+    found(
         "block_fill",
         "block fill",
         Unit::None,

@@ -62,7 +62,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "direct light as a few cones in texels on surfaces that all viewers share, shaded without shadow rays",
         source: "Stadlbauer, Weinrauch, Tatzgern & Steinberger 2024; cache of Weinrauch et al. 2023",
         bias: Bias::Biased,
-        version: 14,
+        version: 15,
         failures: &[
             "shadows finer than a texel are lost, and with filter = \"nearest\" texels are seen",
             "lights without a shape (points, spots, parallel light) are met by no test at a cone's edge: their cones stay narrow",
@@ -131,6 +131,7 @@ impl Contender for LightCones {
             .zip(&mut images)
             .map(|(shot, rendered)| self.look(&surfaces, shot, rendered))
             .collect();
+        let of_viewers = sights.iter().map(|sight| sight.requests.texels()).sum();
         let asked = sights.iter_mut().map(|s| std::mem::take(&mut s.requests));
         let merged = || Requests::merged(asked.collect());
         let requests = images[0].stages.time("blocks", merged);
@@ -138,7 +139,7 @@ impl Contender for LightCones {
         let updated = self.update(&mut surfaces, &requests, &seen, &mut images[0]);
         for ((shot, sight), rendered) in shots.iter().zip(&sights).zip(&mut images) {
             self.show(&surfaces, shot, sight, rendered);
-            updated.report(&surfaces, rendered);
+            updated.report(&surfaces, of_viewers, rendered);
         }
         // What viewers share is held once.
         images[0].bytes_cache = surfaces.blocks.allocated_bytes() + surfaces.charts.bytes();
@@ -329,7 +330,8 @@ struct Updated {
 }
 
 impl Updated {
-    fn report(&self, surfaces: &Surfaces, rendered: &mut Rendered) {
+    /// Says it of an image; `of_viewers` texels were asked for by all viewers, those of several counted for each.
+    fn report(&self, surfaces: &Surfaces, of_viewers: u64, rendered: &mut Rendered) {
         let share = |part: u64, whole: u64| part as f64 / whole.max(1) as f64;
         let blocks = &surfaces.blocks;
         let tally = &self.tally;
@@ -340,6 +342,7 @@ impl Updated {
             ("evicted", self.asked.evicted as f64),
             ("refused_blocks", self.asked.refused as f64),
             ("texels", self.texels as f64),
+            ("shared_texels", share(of_viewers - self.texels, of_viewers)),
             ("block_fill", share(self.texels, 64 * self.blocks)),
             ("moved_texels", self.moved as f64),
             ("reused_texels", self.reused as f64),
