@@ -17,7 +17,7 @@ pub mod experiment;
 mod files;
 pub mod image;
 mod instructions;
-mod memory;
+pub mod memory;
 pub mod metric;
 mod other_kind;
 pub mod placement;

@@ -1,6 +1,7 @@
 //! Where trees and other large arrays live, and how much memory is held.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -76,6 +77,11 @@ static ALLOCATED: Counting = Counting {
     most: AtomicUsize::new(0),
 };
 
+thread_local! {
+    /// Bytes that this thread took from the heap less those that it gave back, whoever took them.
+    static OWN: Cell<isize> = const { Cell::new(0) };
+}
+
 /// The system's allocator, which says how much is held. Zeroed memory and growth are left to the system: pages
 /// that nobody has written yet cost nothing, and long arrays grow without being copied.
 struct Counting {
@@ -85,6 +91,7 @@ struct Counting {
 
 impl Counting {
     fn add(&self, bytes: usize) {
+        OWN.set(OWN.get().wrapping_add_unsigned(bytes));
         let held = self.held.fetch_add(bytes, Ordering::Relaxed) + bytes;
         // Mostly there is nothing to write.
         if held > self.most.load(Ordering::Relaxed) {
@@ -93,6 +100,7 @@ impl Counting {
     }
 
     fn remove(&self, bytes: usize) {
+        OWN.set(OWN.get().wrapping_sub_unsigned(bytes));
         self.held.fetch_sub(bytes, Ordering::Relaxed);
     }
 }
@@ -140,12 +148,21 @@ pub fn held() -> usize {
     ALLOCATED.held.load(Ordering::Relaxed)
 }
 
+/// Bytes of heap that something holds and nobody shares: what this thread gives back when it is dropped, room for more
+/// included. Whatever other threads do meanwhile, it is the same.
+pub fn released<T>(held: T) -> usize {
+    let before = OWN.get();
+    drop(held);
+    before.wrapping_sub(OWN.get()).max(0).cast_unsigned()
+}
+
 /// The most memory that is held from a moment on. One at a time: starting another ends the first.
 pub struct Peak {
     before: usize,
 }
 
 impl Peak {
+    /// From now on.
     pub fn start() -> Self {
         let before = held();
         ALLOCATED.most.store(before, Ordering::Relaxed);
@@ -161,6 +178,24 @@ impl Peak {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use super::released;
+
+    #[test]
+    fn what_is_released_is_what_was_held_alone() {
+        assert_eq!(released(()), 0);
+        assert_eq!(released([1, 2, 3]), 0);
+        assert_eq!(released(Vec::<u64>::with_capacity(100)), 800);
+        assert_eq!(released((Box::new([0u8; 24]), vec![vec![0u16; 5]])), 58);
+        let shared = Arc::new([0u8; 1000]);
+        assert_eq!(released(Arc::clone(&shared)), 0);
+        assert!(released(shared) >= 1000);
+        // Whoever took it.
+        let far = std::thread::spawn(|| vec![0u8; 70]).join();
+        assert_eq!(released(far.expect("no panic")), 70);
+    }
+
     #[test]
     fn lists_follow_one_another() {
         let lists: Vec<Vec<String>> = [&["a", "b"][..], &[], &["c"]]

@@ -84,11 +84,6 @@ impl RecordSearch {
         }
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.tree.bytes()
-    }
-
     /// The rule that queries are answered by.
     pub fn rule(&self) -> &SearchRule {
         &self.rule

@@ -61,14 +61,6 @@ pub(super) struct RecordTree {
 }
 
 impl RecordTree {
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.boxes.as_slice())
-            + size_of_val(self.position.as_slice())
-            + size_of_val(self.normal.as_slice())
-            + size_of_val(self.record.as_slice())
-    }
-
     /// Leaves out records with a position or normal that is not finite.
     pub fn new(positions: &[Vec3], normals: &[Vec3]) -> Self {
         let all = positions.par_iter().zip(normals).enumerate();

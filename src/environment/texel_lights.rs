@@ -135,12 +135,6 @@ impl TexelLights {
         self.moment.is_empty()
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        let lists = self.texels.as_ref().map_or(0, TexelLists::bytes);
-        lists + 12 * self.draws.len() + 32 * self.len()
-    }
-
     fn push(&mut self, map: &Environment, part: &Part, kind: LightKind) {
         let turn = |d: DVec3| (map.to_world() * d.as_vec3()).normalize();
         let axis = turn(part.axis);

@@ -58,10 +58,6 @@ impl TexelLists {
         }
     }
 
-    pub fn bytes(&self) -> usize {
-        4 * (self.first.len() + 2 * self.texels.len())
-    }
-
     /// The texel of a light that `u` in [0, 1) falls into, and its probability; `None` for a light
     /// without texels.
     pub fn texel(&self, light: usize, u: f32) -> Option<(u32, f32)> {

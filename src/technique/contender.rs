@@ -233,7 +233,7 @@ impl Choice<'_> {
 pub struct Playing<'a> {
     /// What is asked besides frames.
     pub contender: Box<dyn Contender + 'a>,
-    /// Bytes that it holds between frames: what its start took, and then what its last frame says that it keeps.
+    /// Bytes that it holds between frames: what its start took, and then what it remembers of its last frame.
     kept: usize,
 }
 
@@ -246,9 +246,17 @@ impl Playing<'_> {
         let peak = Peak::start();
         let mut images = self.contender.frame(shots)?;
         let most = self.kept + peak.bytes();
-        self.kept = images.iter().map(|rendered| rendered.bytes_cache).sum();
+        let caches = images.iter().map(|rendered| rendered.bytes_cache);
+        // Without a memory, what serves one viewer is given up before the next one's is made.
+        let at_once = match self.contender.remembers() {
+            true => {
+                self.kept = caches.sum();
+                self.kept
+            }
+            false => caches.max().unwrap_or(0),
+        };
         for (shot, rendered) in shots.iter().zip(&mut images) {
-            rendered.bytes_work = most.saturating_sub(self.kept);
+            rendered.bytes_work = most.saturating_sub(at_once);
             shot.add_layer(&mut rendered.image);
         }
         Ok(images)
@@ -311,7 +319,7 @@ pub struct Rendered {
     pub rays: RayCounts,
     /// Searches for the records near a point.
     pub lookups: u64,
-    /// What the method keeps: records with their search structure, lights, what it remembers of frames.
+    /// Heap of what the method keeps: records with their search structure, lights, what it remembers of frames.
     pub bytes_cache: usize,
     /// The most that was held beyond the scene and `bytes_cache` while the frame was made, heap of the whole program.
     pub bytes_work: usize,

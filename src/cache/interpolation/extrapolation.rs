@@ -59,11 +59,6 @@ impl<C> Extrapolation<C> {
     pub fn changes(&self) -> impl Iterator<Item = &C> {
         self.anchors.iter().map(|anchor| &anchor.change)
     }
-
-    /// Bytes held by the records.
-    pub fn bytes(&self) -> usize {
-        self.anchors.len() * size_of::<Anchor<C>>()
-    }
 }
 
 #[cfg(test)]

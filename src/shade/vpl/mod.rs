@@ -133,12 +133,4 @@ impl VirtualLights<'_> {
         };
         self.lights.iter().map(power).collect()
     }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        let glossy = |light: &&VirtualLight| matches!(light.emission, Emission::Glossy { .. });
-        self.lights.len() * size_of::<VirtualLight>()
-            + self.facing.len() * size_of::<Facing>()
-            + self.lights.iter().filter(glossy).count() * size_of::<Interaction>()
-    }
 }

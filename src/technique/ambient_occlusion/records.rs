@@ -124,9 +124,4 @@ impl CachedFunction for VisibilityRecords<'_> {
     fn background(&self) -> [f32; 3] {
         [1.0; 3]
     }
-
-    fn bytes(&self) -> usize {
-        let extrapolation = self.gradient.as_ref().map_or(0, |g| g.bytes());
-        self.values.len() * 4 + self.occluded.len() * 8 + extrapolation
-    }
 }

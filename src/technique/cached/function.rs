@@ -74,9 +74,6 @@ pub trait CachedFunction: Sync {
     /// The value where the camera sees no surface.
     fn background(&self) -> [f32; 3];
 
-    /// Bytes held by the records.
-    fn bytes(&self) -> usize;
-
     /// Values that were not finite and were left out of records.
     fn non_finite(&self) -> u64 {
         0

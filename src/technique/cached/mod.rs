@@ -14,6 +14,7 @@ use super::{
 use crate::cache::{Interpolation, RecordSearch, SearchRule, ShadingPoints};
 use crate::entry::ParameterError;
 use crate::image::Image;
+use crate::memory::released;
 use crate::metric::pixel_errors;
 use crate::placement::{FirstStage, Records as _, Refinable};
 use crate::sample::hash;
@@ -230,7 +231,7 @@ impl<'a> Setting<'a> {
             })
             .collect();
         rendered.rays = counter.read();
-        rendered.bytes_cache = records.function.bytes() + records.search.bytes();
+        rendered.bytes_cache = released((records.function, records.search));
         self.technique.finish(shot, &mut rendered);
         Ok(rendered)
     }

@@ -7,6 +7,7 @@
 use super::function::CachedTechnique;
 use crate::cache::Interpolation;
 use crate::entry::{About, Bias, parameters};
+use crate::memory::released;
 use crate::technique::{
     Clock, Contender, ContenderEntry, Passes, Rendered, Search, Seen, Shot, Terms, shading_points,
 };
@@ -93,6 +94,7 @@ impl PerSample<'_> {
         rendered.notes.extend(passes.note());
         rendered.rays = counter.read();
         rendered.found.push(("passes", f64::from(passes.count())));
+        rendered.bytes_cache = released(function);
         rendered
     }
 

@@ -67,7 +67,7 @@ pub(super) struct Reduced<'a> {
     /// Shadow rays per shading point.
     pub rays: usize,
     /// Interleaved sets of lights for every pixel, and of those for the grid.
-    pub sets: [Vec<Vec<Parallel>>; 2],
+    pub sets: &'a [Vec<Vec<Parallel>>; 2],
 }
 
 /// A pixel under both kinds of lights.
@@ -142,7 +142,7 @@ impl Reduced<'_> {
                         }
                     };
                     *seen_there = Some(seen);
-                    let [full, low] = &self.sets;
+                    let [full, low] = self.sets;
                     let direct = &full[set_of([x, y], sample, full.len())];
                     out.direct = seen.throughput * illumination.lit(&caster, &at, direct);
                     if let Some(position) = grid.position(x, y) {

@@ -12,6 +12,7 @@ use super::reduced::{Reduced, indirect_cost};
 use super::{Parameters, Sampled};
 use crate::environment::{EnvironmentSampler, LightKind, LightSampler, LightSet};
 use crate::image::Image;
+use crate::memory::released;
 use crate::trace::{Caster, RayCounter};
 
 /// Renders a contender whose budget is shadow rays per shading point.
@@ -139,11 +140,12 @@ impl Global<'_> {
                 })
                 .collect()
         };
-        let (full, low) = (of_kind(false), of_kind(true));
+        let sets = [of_kind(false), of_kind(true)];
+        let [full, low] = &sets;
         if low.iter().all(Vec::is_empty) {
             let (image, non_finite) = rendered
                 .stages
-                .time("rendering", || self.full_resolution(&full));
+                .time("rendering", || self.full_resolution(full));
             rendered.image = image;
             rendered.non_finite = non_finite;
         } else {
@@ -151,10 +153,11 @@ impl Global<'_> {
                 illumination: self.illumination,
                 counter: self.counter,
                 rays: terms.budget,
-                sets: [full, low],
+                sets: &sets,
             }
             .render(sampler.reduction(), &mut rendered);
         }
+        rendered.bytes_cache = released(sets);
         describe(&mut rendered, set);
         rendered
     }
@@ -177,7 +180,6 @@ impl Global<'_> {
 }
 
 fn describe(rendered: &mut Rendered, set: LightSet) {
-    rendered.bytes_cache = size_of_val(set.lights.as_slice());
     rendered.found.extend(set.found.iter().copied());
     rendered.notes.extend(set.notes.iter().cloned());
     rendered.lights = Some(set);

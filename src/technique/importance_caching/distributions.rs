@@ -80,11 +80,6 @@ impl Distributions {
             + size_of::<f32>()
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.len() * Self::bytes_per_record(self.lights)
-    }
-
     /// Appends `count` empty records and returns where they are written.
     pub fn append(&mut self, count: usize) -> Vec<RecordMut<'_>> {
         let (lights, blocks) = (self.lights, self.lights.div_ceil(BLOCK));
@@ -300,7 +295,10 @@ mod tests {
         assert!((table.difference(0, 1) - 5.0).abs() < 0.01);
         assert!((table.difference(2, 0) - 5.0).abs() < 0.01);
         assert_eq!(table.difference(1, 1), 0.0);
-        assert_eq!(table.bytes(), 3 * Distributions::bytes_per_record(3));
+        table.batches.shrink_to_fit();
+        let batches = size_of_val(&table.batches[..]);
+        let held = crate::memory::released(table);
+        assert_eq!(held, batches + 3 * Distributions::bytes_per_record(3));
     }
 
     #[test]

@@ -175,8 +175,4 @@ impl CachedFunction for ImportanceRecords<'_> {
     fn background(&self) -> [f32; 3] {
         [0.0; 3]
     }
-
-    fn bytes(&self) -> usize {
-        self.table.bytes() + self.lights.bytes() + self.positions.len() * 2 * size_of::<Vec3>()
-    }
 }

@@ -128,11 +128,6 @@ impl Panoramas {
         let width = Self::new(side, 1.0).width();
         (size_of::<Vec4>() * width * width + size_of::<LocalFrame>()) as u64
     }
-
-    /// Bytes held by the records.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.blocks[..]) + size_of_val(&self.shots[..])
-    }
 }
 
 /// Nearness of the directions of a block.

@@ -223,12 +223,6 @@ impl CachedFunction for IrradianceRecords<'_> {
         [0.0; 3]
     }
 
-    fn bytes(&self) -> usize {
-        let known = self.directional.as_ref();
-        let directional = known.map_or(0, |k| k.changes.bytes() + k.panoramas.bytes());
-        self.irradiance.len() * 24 + self.luminances.len() * 2 + directional
-    }
-
     fn non_finite(&self) -> u64 {
         self.non_finite.load(Ordering::Relaxed)
     }

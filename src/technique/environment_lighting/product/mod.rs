@@ -20,6 +20,7 @@ use super::illumination::Illumination;
 use crate::environment::TexelLights;
 use crate::environment::product_ratio::ProductRatio;
 use crate::image::Image;
+use crate::memory::released;
 use crate::trace::RayCounter;
 use contributions::Detail;
 use film::Film;
@@ -38,7 +39,7 @@ pub(super) fn render(
 ) -> Rendered {
     let shot = illumination.shot;
     let mut rendered = Rendered::default();
-    let (lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
+    let (mut lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
         let generate = match unbiased {
             true => TexelLights::with_texels,
             false => TexelLights::new,
@@ -81,8 +82,9 @@ pub(super) fn render(
             .map(|sum| (sum / shot.spp as f32).into())
             .collect(),
     };
-    rendered.found.extend(lights.set.found.iter().copied());
-    rendered.bytes_cache = lights.bytes() + size_of_val(lights.set.lights.as_slice());
-    rendered.lights = Some(lights.set);
+    let set = std::mem::take(&mut lights.set);
+    rendered.found.extend(set.found.iter().copied());
+    rendered.lights = Some(set);
+    rendered.bytes_cache = released((lights, arrays, irradiance));
     rendered
 }

@@ -24,6 +24,7 @@ use crate::cache::{
 };
 use crate::entry::{About, Bias, ParameterError, parameters};
 use crate::image::Image;
+use crate::memory::released;
 use crate::technique::paths::indirect;
 use crate::technique::{
     Clock, Contender, ContenderEntry, PlacedRecord, Rendered, Search, Shot, Site, Stages, Terms,
@@ -150,7 +151,6 @@ impl Job<'_> {
             .for_each(|known| rendered.rays += known.rays);
         rendered.non_finite = image.non_finite + placed().map(|p| p.record.non_finite).sum::<u64>();
         rendered.lookups = image.lookups;
-        rendered.bytes_cache = store.bytes();
         rendered.found = vec![
             ("allowed_error", f64::from(error)),
             ("misses", image.misses as f64),
@@ -166,6 +166,7 @@ impl Job<'_> {
                 self.terms.budget
             ));
         }
+        rendered.bytes_cache = image.bytes_search + released(store);
         rendered.image = image.image;
         rendered.stages = stages;
         rendered
@@ -193,6 +194,8 @@ struct Interpolated {
     lookups: u64,
     misses: u64,
     non_finite: u64,
+    /// Held to find the nearest records by.
+    bytes_search: usize,
 }
 
 impl Overture<'_> {
@@ -350,6 +353,7 @@ impl Overture<'_> {
             lookups: total(0),
             misses: total(1),
             non_finite: total(2),
+            bytes_search: released(nearest),
         }
     }
 }

@@ -51,13 +51,6 @@ impl Store {
         }
     }
 
-    /// Bytes of the records, and of the grids that they are found by.
-    pub fn bytes(&self) -> usize {
-        let entry = size_of::<((i32, IVec3), Vec<u32>)>() + 1;
-        let lists: usize = self.cells.values().map(|list| size_of_val(&list[..])).sum();
-        size_of_val(&self.placed[..]) + self.cells.len() * 8 / 7 * entry + lists
-    }
-
     /// The interpolated irradiance at a site; `None` where no record may be used.
     pub fn interpolate(&self, site: &Site) -> Option<Vec3> {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
