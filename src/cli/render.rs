@@ -52,8 +52,16 @@ impl Prepared {
         self.job.method == EXACT
     }
 
-    /// Renders the contender, or the exact function.
+    /// Renders the contender, or the exact function, and tells its notes.
     pub fn render(&mut self) -> Result<Rendered, Failure> {
+        let rendered = self.rendered()?;
+        for note in &rendered.notes {
+            tell!("note: {note}");
+        }
+        Ok(rendered)
+    }
+
+    fn rendered(&mut self) -> Result<Rendered, Failure> {
         let is_exact = self.is_exact();
         let (job, technique) = (&self.job, self.technique.as_ref());
         let frame = job.sequence.representative();
@@ -245,9 +253,9 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
         .iter()
         .map(|(key, value)| ((*key).to_owned(), (*value).into()))
         .collect();
-    let mut notes = prepared.scene().report.sentences();
-    notes.extend_from_slice(&rendered.notes);
     if args.json {
+        let mut notes = prepared.scene().report.sentences();
+        notes.extend_from_slice(&rendered.notes);
         let record = serde_json::json!({
             "scene": prepared.scene().name,
             "technique": job.technique,
@@ -272,9 +280,6 @@ fn report(args: &RenderArgs, prepared: &Prepared, rendered: &Rendered) -> Result
     } else {
         for stage in &rendered.stages.0 {
             tell!("{:<20} {:>8.3} s", stage.name, stage.seconds.wall);
-        }
-        for note in &rendered.notes {
-            tell!("note: {note}");
         }
     }
     Ok(())

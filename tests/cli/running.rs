@@ -343,12 +343,30 @@ fn swept_parameters_of_contenders_alone_are_those_of_each_job() {
 fn render_says_where_a_method_that_learns_from_frames_has_none() {
     let place = Place::new();
     let note = "running-mean learns from earlier frames";
-    for (time, is_said) in [("0", false), ("1.5", true)] {
+    for (time, json, is_said) in [("0", "", false), ("1.5", "", true), ("1.5", "--json", true)] {
         let scene = ["render", "hard-cases", "--view", "poles", "--size", "16x9"];
         let method = ["--technique", "path-tracing", "--method", "running-mean"];
-        let rest = ["--budget", "1", "--time", time, "--out", "o.png"];
-        let render = place.lightbench(&[&scene[..], &method, &rest].concat());
+        let rest = ["--budget", "1", "--time", time, "--out", "o.png", json];
+        let mut arguments = [&scene[..], &method, &rest].concat();
+        arguments.retain(|argument| !argument.is_empty());
+        let render = place.lightbench(&arguments);
         assert_eq!(render.code, 0, "{}", render.err);
         assert_eq!(render.err.contains(note), is_said, "{}", render.err);
+        assert_eq!(
+            render.out.contains(note),
+            !json.is_empty(),
+            "{}",
+            render.out
+        );
     }
+    // `caches` renders too: 144 pixels have no 5,000 shading points.
+    let scene = ["caches", "hard-cases", "--view", "poles", "--size", "16x9"];
+    let rest = ["--method", "IM", "--budget", "5000", "--out", "o.csv"];
+    let caches = place.lightbench(&[&scene[..], &rest].concat());
+    assert_eq!(caches.code, 0, "{}", caches.err);
+    assert!(
+        caches.err.contains("records instead of 5000"),
+        "{}",
+        caches.err
+    );
 }
