@@ -32,6 +32,11 @@ impl<C> Extrapolation<C> {
         }
     }
 
+    /// Room for so many more records, and not for others.
+    pub fn make_room(&mut self, count: usize) {
+        self.anchors.reserve_exact(count);
+    }
+
     /// Appends a record at a position, with its unit normal.
     pub fn add(&mut self, position: Vec3, normal: Vec3, change: C) {
         self.anchors.push(Anchor {

@@ -58,6 +58,8 @@ impl CachedFunction for VisibilityRecords<'_> {
     fn evaluate(&mut self, sites: &[Seen], counter: &RayCounter) {
         let first = self.values.len();
         let bits = (first + sites.len()) * self.words;
+        // Room for these and no more: rounds are few, and what is kept is charged.
+        self.occluded.reserve_exact(bits - self.occluded.len());
         self.occluded.resize(bits, 0);
         let (shot, gatherer) = (self.shot, &self.gatherer);
         let edges = self.gradient.as_ref().map(|gradient| &gradient.edges);
@@ -83,6 +85,7 @@ impl CachedFunction for VisibilityRecords<'_> {
             .collect();
         self.values.extend(made.iter().map(|(value, _)| value));
         if let Some(gradient) = &mut self.gradient {
+            gradient.make_room(sites.len());
             for (Seen { site, .. }, (_, change)) in sites.iter().zip(made) {
                 gradient.add(site.position, site.normal, change);
             }

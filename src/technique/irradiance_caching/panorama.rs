@@ -93,6 +93,12 @@ impl Panoramas {
         at * self.block..((at + 1) * self.block).min(self.side)
     }
 
+    /// Room for so many more records, and not for others.
+    pub fn make_room(&mut self, count: usize) {
+        self.blocks.reserve_exact(count * self.width().pow(2));
+        self.shots.reserve_exact(count);
+    }
+
     /// Appends a record with this unit normal.
     pub fn add(&mut self, normal: Vec3, blocks: &[Vec4]) {
         self.blocks.extend_from_slice(blocks);

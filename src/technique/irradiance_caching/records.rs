@@ -121,6 +121,8 @@ impl CachedFunction for IrradianceRecords<'_> {
         let first = self.irradiance.len();
         let end = first + sites.len();
         self.normals.extend(sites.iter().map(|s| s.site.normal));
+        // Room for these and no more: rounds are few, and what is kept is charged.
+        self.luminances.reserve_exact(sites.len() * directions);
         self.luminances.resize(end * directions, f16::ZERO);
         let directional = self.directional.as_ref();
         let made: Vec<(Gathered, Option<Known>)> = self.luminances[first * directions..]
@@ -158,6 +160,8 @@ impl CachedFunction for IrradianceRecords<'_> {
         let non_finite = made.iter().map(|(g, _)| g.non_finite).sum();
         self.non_finite.fetch_add(non_finite, Ordering::Relaxed);
         if let Some(known) = &mut self.directional {
+            known.changes.make_room(sites.len());
+            known.panoramas.make_room(sites.len());
             for (Seen { site, .. }, (_, made)) in sites.iter().zip(made) {
                 let (change, blocks) = made.expect("made of every record");
                 known.changes.add(site.position, site.normal, change);
