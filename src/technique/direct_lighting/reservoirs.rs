@@ -6,8 +6,8 @@
 use rayon::prelude::*;
 
 use super::super::restir::{
-    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, Preset, RTXDI, Restir, Sight,
-    Sources, Surface, UNBIASED,
+    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, PassNumber, Preset, RTXDI, Restir,
+    Sight, Sources, Surface, UNBIASED,
 };
 use super::super::truth::Truth;
 use super::super::{Contender, ContenderEntry, Rendered, Shot, Terms};
@@ -86,7 +86,7 @@ struct CameraSamples {
 }
 
 impl Looks for CameraSamples {
-    fn look(&self, shot: &Shot, [_, number]: [u32; 2], rendered: &mut Rendered) -> Vec<Sight> {
+    fn look(&self, shot: &Shot, pass: PassNumber, rendered: &mut Rendered) -> Vec<Sight> {
         let counter = RayCounter::default();
         let stream = STREAM ^ viewer_key(shot);
         let look = || {
@@ -97,7 +97,7 @@ impl Looks for CameraSamples {
                     || shot.tracer.caster(&counter),
                     |caster, pixel| {
                         let item = u64::from(pixel);
-                        let mut rng = Rng::new(self.seed, stream, item, u64::from(number));
+                        let mut rng = Rng::new(self.seed, stream, item, u64::from(pass.of_viewer));
                         let sight = super::sight::Sight::of(shot, caster, pixel, &mut rng);
                         let surface = |(hit, direction): (crate::trace::Hit, _)| {
                             Surface::new(shot, hit, direction, hit.t)

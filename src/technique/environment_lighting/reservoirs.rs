@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use toml::Table;
 
 use super::super::restir::{
-    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, Preset, RTXDI, Restir, Sight,
-    Sources, Surface, UNBIASED,
+    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, PassNumber, Preset, RTXDI, Restir,
+    Sight, Sources, Surface, UNBIASED,
 };
 use super::super::{Contender, Rendered, Shot, Terms};
 use super::illumination;
@@ -99,7 +99,7 @@ struct SubPixelSamples<'a> {
 }
 
 impl Looks for SubPixelSamples<'_> {
-    fn look(&self, shot: &Shot, [pass, _]: [u32; 2], rendered: &mut Rendered) -> Vec<Sight> {
+    fn look(&self, shot: &Shot, pass: PassNumber, rendered: &mut Rendered) -> Vec<Sight> {
         let counter = RayCounter::default();
         let look = || {
             (0..shot.pixels() as u32)
@@ -107,7 +107,7 @@ impl Looks for SubPixelSamples<'_> {
                 .with_min_len(64)
                 .map_init(
                     || shot.tracer.caster(&counter),
-                    |caster, pixel| match self.illumination.point(caster, pixel, pass) {
+                    |caster, pixel| match self.illumination.point(caster, pixel, pass.of_frame) {
                         Ok((_, seen)) => Sight {
                             seen: Vec3::ZERO,
                             factor: seen.throughput * self.illumination.scale,

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::receiver::Surface;
+use super::receiver::{Surface, Tolerances};
 use super::reservoir::Reservoir;
 use crate::scene::View;
 
@@ -35,9 +35,8 @@ impl History {
         size_of_val(self.surfaces.as_slice()) + size_of_val(self.reservoirs.as_slice())
     }
 
-    /// Where the point `position` (then) of a surface with this normal (now) was; `tolerances` are the least cosine and
-    /// the largest relative difference of depths.
-    pub fn showing(&self, position: Vec3, normal: Vec3, tolerances: [f32; 2]) -> Then {
+    /// Where the point `position` (then) of a surface with this normal (now) was.
+    pub fn showing(&self, position: Vec3, normal: Vec3, tolerances: Tolerances) -> Then {
         let position = position.as_dvec3();
         let Some([x, y]) = self.view.project(position, self.size) else {
             return Then::Outside;

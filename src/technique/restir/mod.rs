@@ -163,9 +163,12 @@ impl Restir {
         let mut tally = Tally::default();
         let mut sums = vec![[0.0f64; 3]; shot.pixels()];
         for pass in 0..passes {
-            let number = shot.frame.wrapping_mul(passes).wrapping_add(pass);
-            let sights = scene.look(shot, [pass, number], &mut rendered);
-            let light = self.pass(shot, &sights, [pass, number], &mut rendered, &mut tally);
+            let pass = PassNumber {
+                of_frame: pass,
+                of_viewer: shot.frame.wrapping_mul(passes).wrapping_add(pass),
+            };
+            let sights = scene.look(shot, pass, &mut rendered);
+            let light = self.pass(shot, &sights, pass, &mut rendered, &mut tally);
             for ((sum, sight), light) in sums.iter_mut().zip(&sights).zip(light) {
                 let value = sight.seen + sight.factor * light;
                 if value.is_finite() {
@@ -201,7 +204,7 @@ impl Restir {
         &mut self,
         shot: &Shot,
         sights: &[Sight],
-        [pass, number]: [u32; 2],
+        pass: PassNumber,
         rendered: &mut Rendered,
         tally: &mut Tally,
     ) -> Vec<Vec3> {
@@ -216,10 +219,10 @@ impl Restir {
             settings: &self.settings,
             sources: self.sources,
             seed: self.seed,
-            number: u64::from(number),
+            number: u64::from(pass.of_viewer),
             surfaces: &surfaces,
             before: before.as_ref(),
-            moved: pass == 0,
+            moved: pass.of_frame == 0,
         }
         .run(rendered, tally);
         self.histories[viewer] = Some(History {
@@ -230,6 +233,15 @@ impl Restir {
         });
         light
     }
+}
+
+/// Which pass it is.
+#[derive(Clone, Copy, Debug)]
+pub struct PassNumber {
+    /// Among those of its frame.
+    pub of_frame: u32,
+    /// Among all of the viewer.
+    pub of_viewer: u32,
 }
 
 /// What a pixel shows in a pass.
@@ -244,7 +256,6 @@ pub struct Sight {
 
 /// What a technique shows ReSTIR of its scenes.
 pub trait Looks {
-    /// What all pixels show in a pass, row-major: its number in the frame, and among all of the viewer. Time, rays and
-    /// what is not finite go to `rendered`.
-    fn look(&self, shot: &Shot, pass: [u32; 2], rendered: &mut Rendered) -> Vec<Sight>;
+    /// What all pixels show in a pass, row-major. Time, rays and what is not finite go to `rendered`.
+    fn look(&self, shot: &Shot, pass: PassNumber, rendered: &mut Rendered) -> Vec<Sight>;
 }

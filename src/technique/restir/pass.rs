@@ -231,7 +231,8 @@ impl<'a> Pass<'a> {
                     true => moment.before(&surface.hit),
                     false => Receiver::new(self.shot, surface).position(),
                 };
-                Some(before.showing(position, surface.normal, self.tolerances()))
+                let tolerances = self.settings.tolerances;
+                Some(before.showing(position, surface.normal, tolerances))
             })
             .collect();
         let layers = self.settings.reservoirs as u64;
@@ -249,10 +250,6 @@ impl<'a> Pass<'a> {
             Then::Outside => None,
         };
         then.into_iter().map(pixel).collect()
-    }
-
-    fn tolerances(&self) -> [f32; 2] {
-        [self.settings.cosine, self.settings.depth]
     }
 
     fn combining(&self) -> Combining<'_> {
@@ -305,7 +302,7 @@ impl<'a> Pass<'a> {
         for number in (0..count).filter_map(|i| self.neighbour(pixel.number, shifts, i)) {
             tools.tally.lookups += 1;
             let own = pixel.surface;
-            let alike = |s: &Surface| s.resembles(own.normal, own.depth, self.tolerances());
+            let alike = |s: &Surface| s.resembles(own.normal, own.depth, settings.tolerances);
             match self.surfaces[number].filter(alike) {
                 Some(surface) => offers.push(Offer {
                     reservoir: all[number * layers + layer],

@@ -28,6 +28,15 @@ pub struct Receiver<'a> {
     at: Interaction<'a>,
 }
 
+/// How different surfaces may be that share samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerances {
+    /// Least cosine between their normals.
+    pub cosine: f32,
+    /// Largest difference of their depths, relative.
+    pub depth: f32,
+}
+
 impl Surface {
     /// What a ray met, `depth` away from the camera. Whether it passes an opacity mask is decided.
     pub fn new(shot: &Shot, hit: Hit, direction: Vec3, depth: f32) -> Self {
@@ -42,9 +51,9 @@ impl Surface {
 
     /// Whether samples may pass between this surface and another; `depth` is the other's distance from the camera that
     /// saw this one.
-    pub fn resembles(&self, normal: Vec3, depth: f32, [cosine, tolerance]: [f32; 2]) -> bool {
-        let near = (self.depth - depth).abs() <= tolerance * depth.abs();
-        near && self.normal.dot(normal) >= cosine
+    pub fn resembles(&self, normal: Vec3, depth: f32, tolerances: Tolerances) -> bool {
+        let near = (self.depth - depth).abs() <= tolerances.depth * depth.abs();
+        near && self.normal.dot(normal) >= tolerances.cosine
     }
 }
 

@@ -1,5 +1,6 @@
 //! Parameters of ReSTIR, and the settings of its papers that they default to.
 
+use super::receiver::Tolerances;
 use crate::entry::{Bias, ParameterError, parameters, words};
 
 words! {
@@ -130,9 +131,7 @@ pub struct Settings {
     pub neighbours_without_history: u32,
     pub rounds: u32,
     radius: Radius,
-    /// Least cosine between normals.
-    pub cosine: f32,
-    pub depth: f32,
+    pub tolerances: Tolerances,
     pub weights: Weights,
     pub shadowed: bool,
 }
@@ -178,8 +177,10 @@ impl Settings {
                 Some(pixels) => Radius::Pixels(pixels),
                 None => Radius::InProportion(preset.radius),
             },
-            cosine: angle_deg.to_radians().cos(),
-            depth: given.depth,
+            tolerances: Tolerances {
+                cosine: angle_deg.to_radians().cos(),
+                depth: given.depth,
+            },
             weights: given.weights.unwrap_or(preset.weights),
             shadowed: given.shadowed.unwrap_or(preset.shadowed),
         };
