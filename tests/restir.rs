@@ -211,6 +211,23 @@ fn the_biased_form_is_too_dark_and_its_neighbours_are_why() {
 }
 
 #[test]
+fn the_filter_makes_what_boils_darker_and_counts_it() {
+    let technique = direct();
+    let built = Built::new(&room(diffuse(), 8.0));
+    let mean_and_emptied = |boiling: f32| {
+        let parameters = format!("boiling = {boiling}");
+        let mut contender = start(technique.as_ref(), ("rtxdi", &parameters), 7);
+        let last = built.play(contender.as_mut(), 4);
+        let emptied = last.found.iter().find(|(k, _)| *k == "boiling_reservoirs");
+        (mean(&last.image), emptied.map(|(_, count)| *count))
+    };
+    let (off, strong) = (mean_and_emptied(0.0), mean_and_emptied(1.0));
+    assert_eq!(off.1, None);
+    assert!(strong.1.is_some_and(|count| count > 1.0), "{strong:?}");
+    assert!(strong.0 < off.0, "{strong:?} {off:?}");
+}
+
+#[test]
 fn reuse_lowers_the_error_of_a_still_scene() {
     let technique = direct();
     let built = Built::new(&room(diffuse(), 8.0));
@@ -251,8 +268,15 @@ fn reuse_lowers_the_error_of_a_still_scene() {
 fn a_sequence_goes_on_from_what_was_remembered_and_threads_change_nothing() {
     let technique = direct();
     let built = Built::new(&room(diffuse(), 8.0));
-    for method in ["restir", "restir-unbiased", "rtxdi"] {
-        let new = || start(technique.as_ref(), (method, ""), 3);
+    let methods = [
+        ("restir", ""),
+        ("restir", "boiling = 1.0"),
+        ("restir-unbiased", ""),
+        ("rtxdi", ""),
+    ];
+    for how in methods {
+        let method = how.0;
+        let new = || start(technique.as_ref(), how, 3);
         let render = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.expect("a pool")
@@ -352,6 +376,7 @@ fn settings_that_would_bias_the_unbiased_form_are_refused() {
         "weights = 'count'",
         "shadowed = false",
         "visibility_reuse = false",
+        "boiling = 0.2",
     ] {
         let table: toml::Table = text.parse().expect("toml");
         let started = technique.start("restir-unbiased", &table, Terms::default());

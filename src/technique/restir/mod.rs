@@ -14,8 +14,9 @@
 //! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over all of
 //! them, a shape that emits being one. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
 //! presampled as whole sets (the library picks from larger tiles), none drawn by the surface,
-//! no permutation of pixels, no filter of boiling, no reuse of the last shadow ray.
+//! no permutation of pixels, no reuse of the last shadow ray.
 
+mod boiling;
 mod combine;
 mod history;
 mod pass;
@@ -78,10 +79,11 @@ pub const ABOUT_RTXDI: About = About {
     summary: "light samples resampled over pixels and frames, with settings like the RTXDI library's defaults",
     source: "Bitterli et al. 2020; defaults of NVIDIA's RTXDI library, ReSTIRDI.cpp",
     bias: Bias::Biased,
-    version: 4,
+    version: 5,
     failures: &[
         "weights do not see shadows: biased at their edges",
         "one sample a pixel: noisy under few large lights",
+        "the filter against boiling makes what few pixels find darker",
         "highlights of large lights in smooth surfaces are noisy: candidates know the lights alone",
     ],
     parameters: Parameters::PARAMETERS,
@@ -193,6 +195,11 @@ impl Restir {
             ("reprojected", tally.found as f64 / of_pixels),
             ("rejected_reservoirs", tally.rejected as f64),
         ]);
+        if self.settings.boiling > 0.0 {
+            rendered
+                .found
+                .push(("boiling_reservoirs", tally.boiling as f64));
+        }
         let history = self.histories.get(usize::from(shot.viewer));
         rendered.bytes_cache = history
             .and_then(Option::as_ref)

@@ -1,10 +1,11 @@
-//! One pass over the pixels of a shot: candidates, the reservoirs of the pass before, those of neighbours, shading.
+//! One pass over the pixels of a shot: candidates, the reservoirs of the pass before, a filter, those of neighbours, shading.
 
 use std::f32::consts::TAU;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::boiling::BoilingFilter;
 use super::combine::{Combining, Offer};
 use super::history::{History, Then};
 use super::receiver::{Receiver, Surface};
@@ -54,6 +55,8 @@ pub struct Tally {
     pub lookups: u64,
     /// Those of other surfaces, which were refused.
     pub rejected: u64,
+    /// Those that the filter emptied.
+    pub boiling: u64,
     pub non_finite: u64,
 }
 
@@ -63,6 +66,7 @@ impl Tally {
             found: self.found + other.found,
             lookups: self.lookups + other.lookups,
             rejected: self.rejected + other.rejected,
+            boiling: self.boiling + other.boiling,
             non_finite: self.non_finite + other.non_finite,
         }
     }
@@ -97,6 +101,14 @@ impl<'a> Pass<'a> {
                 })
             });
             is_found = found.iter().map(Option::is_some).collect();
+        }
+        if self.settings.boiling > 0.0 {
+            let filter = BoilingFilter {
+                strength: self.settings.boiling,
+                width: self.shot.width,
+                layers: self.settings.reservoirs,
+            };
+            tally.boiling += stages.time("boiling_filter", || filter.run(&mut all));
         }
         for round in 0..u64::from(self.settings.rounds) {
             all = stages.time("spatial_reuse", || {

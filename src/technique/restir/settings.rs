@@ -50,6 +50,9 @@ parameters! {
         weights: Option<Weights> = None;
         /// Whether weights other than "count" cast shadow rays from those surfaces; without it only restir-unbiased does.
         shadowed: Option<bool> = None;
+        /// Strength of the filter that gives up reservoirs far brighter than those around them; 0: there is none. Without it
+        /// rtxdi has 0.2, the others 0.
+        boiling: Option<f32> = None, Within(0.0, 1.0);
     }
 }
 
@@ -67,6 +70,7 @@ pub struct Preset {
     angle_deg: f32,
     weights: Weights,
     shadowed: bool,
+    boiling: f32,
     bias: Bias,
 }
 
@@ -89,6 +93,7 @@ pub const BIASED: Preset = Preset {
     angle_deg: 25.0,
     weights: Weights::Count,
     shadowed: false,
+    boiling: 0.0,
     bias: Bias::Biased,
 };
 
@@ -115,6 +120,7 @@ pub const RTXDI: Preset = Preset {
     radius: 32.0,
     angle_deg: 60.0,
     weights: Weights::Balance,
+    boiling: 0.2,
     ..BIASED
 };
 
@@ -134,6 +140,7 @@ pub struct Settings {
     pub tolerances: Tolerances,
     pub weights: Weights,
     pub shadowed: bool,
+    pub boiling: f32,
 }
 
 /// How far neighbours are.
@@ -183,6 +190,7 @@ impl Settings {
             },
             weights: given.weights.unwrap_or(preset.weights),
             shadowed: given.shadowed.unwrap_or(preset.shadowed),
+            boiling: given.boiling.unwrap_or(preset.boiling),
         };
         settings.keep(preset.bias)?;
         Ok(settings)
@@ -210,6 +218,11 @@ impl Settings {
                 "visibility_reuse",
                 "visibility_reuse = false is biased where weights see shadows: use the method `restir`",
             );
+        }
+        if self.boiling > 0.0 {
+            let boiling = self.boiling;
+            let message = format!("boiling = {boiling} is biased: use the method `restir`");
+            return wrong("boiling", &message);
         }
         Ok(())
     }
