@@ -178,6 +178,7 @@ fn unbiased_contenders_have_the_mean_of_paths_after_frames() {
             ("restir-unbiased", "weights = 'support'".into()),
             ("restir-unbiased", "reservoirs = 2\nrounds = 2".into()),
             ("restir-unbiased", "presampled = true".into()),
+            ("restir-unbiased", "least_history = 2".into()),
         ];
         let selections = SELECTIONS.map(|s| ("rt", format!("selection = '{s}'\nrays = 4")));
         variants.extend(selections);
@@ -208,6 +209,21 @@ fn the_biased_form_is_too_dark_and_its_neighbours_are_why() {
     let z = (mean - truth) / error.hypot(truth_error);
     println!("alone: {mean} {truth}, z = {z}");
     assert!(z.abs() < 4.0, "{mean} {truth}, z = {z}");
+}
+
+/// Nothing of it is in the light of a first frame, of which all samples are naive.
+#[test]
+fn neighbours_without_history_are_not_asked() {
+    let technique = direct();
+    let built = Built::new(&room(diffuse(), 8.0));
+    let first_frames = |parameters: &str, count| {
+        let mut contender = start(technique.as_ref(), ("rtxdi", parameters), 6);
+        built.play(contender.as_mut(), count).image.pixels
+    };
+    let alone = |count| first_frames("neighbours = 0\nneighbours_without_history = 0", count);
+    assert_eq!(first_frames("", 2), alone(2));
+    assert_ne!(first_frames("", 3), alone(3));
+    assert_ne!(first_frames("least_history = 0", 1), alone(1));
 }
 
 #[test]

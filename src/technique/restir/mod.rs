@@ -14,6 +14,7 @@
 //! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over all of
 //! them, a shape that emits being one. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
 //! presampled as whole sets (the library picks from larger tiles), none drawn by the surface,
+//! neighbours without history do not count at all, where the library counts their samples and leaves out their light;
 //! no permutation of pixels, no reuse of the last shadow ray.
 
 mod boiling;

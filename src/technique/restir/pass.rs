@@ -91,7 +91,6 @@ impl<'a> Pass<'a> {
                 self.candidates(pixel, tiles.as_ref(), tools)
             })
         });
-        let mut is_found = Vec::new();
         if let Some(before) = self.before.filter(|_| self.settings.history > 0) {
             let found = stages.time("reprojection", || self.found(before, &mut *tally));
             all = stages.time("temporal_reuse", || {
@@ -100,7 +99,6 @@ impl<'a> Pass<'a> {
                     self.with_history(pixel, &all, layer, before, found, tools)
                 })
             });
-            is_found = found.iter().map(Option::is_some).collect();
         }
         if self.settings.boiling > 0.0 {
             let filter = BoilingFilter {
@@ -114,8 +112,7 @@ impl<'a> Pass<'a> {
             all = stages.time("spatial_reuse", || {
                 let stream = NEIGHBOURS + round;
                 self.each(&counter, stream, &mut *tally, &|pixel, layer, tools| {
-                    let is_found = is_found.get(pixel.number).copied().unwrap_or(false);
-                    self.with_neighbours(pixel, &all, layer, is_found, tools)
+                    self.with_neighbours(pixel, &all, layer, tools)
                 })
             });
         }
@@ -300,30 +297,27 @@ impl<'a> Pass<'a> {
         pixel: &Pixel,
         all: &[Reservoir],
         layer: usize,
-        is_found: bool,
         mut tools: Tools,
     ) -> Reservoir {
         let settings = self.settings;
-        let count = match is_found {
-            true => settings.neighbours,
-            false => settings.neighbours_without_history,
-        };
         let layers = settings.reservoirs;
+        let own = all[pixel.number * layers + layer];
+        let count = settings.neighbours_of(&own);
         let shifts = [0; 3].map(|_| tools.rng.next_f64());
         let mut offers = Vec::with_capacity(count as usize);
         for number in (0..count).filter_map(|i| self.neighbour(pixel.number, shifts, i)) {
             tools.tally.lookups += 1;
-            let own = pixel.surface;
-            let alike = |s: &Surface| s.resembles(own.normal, own.depth, settings.tolerances);
+            let Surface { normal, depth, .. } = *pixel.surface;
+            let alike = |s: &Surface| s.resembles(normal, depth, settings.tolerances);
+            let reservoir = all[number * layers + layer];
             match self.surfaces[number].filter(alike) {
-                Some(surface) => offers.push(Offer {
-                    reservoir: all[number * layers + layer],
-                    surface,
-                }),
+                Some(surface) if settings.is_shared(&reservoir) => {
+                    offers.push(Offer { reservoir, surface });
+                }
+                Some(_) => {}
                 None => tools.tally.rejected += 1,
             }
         }
-        let own = all[pixel.number * layers + layer];
         match offers.is_empty() {
             true => own,
             false => self.combined(pixel, own, &offers, &mut tools),

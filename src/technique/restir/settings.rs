@@ -1,6 +1,7 @@
 //! Parameters of ReSTIR, and the settings of its papers that they default to.
 
 use super::receiver::Tolerances;
+use super::reservoir::Reservoir;
 use crate::entry::{Bias, ParameterError, parameters, words};
 
 words! {
@@ -35,8 +36,11 @@ parameters! {
         history: u32 = 20, Within(0.0, 65536.0);
         /// k: neighbours of a round; without it 5, restir-unbiased 3, rtxdi 1. 0: none is reused.
         neighbours: Option<u32> = None, Within(0.0, 64.0);
-        /// Neighbours of pixels that the frame before did not show; without it as many as of others, rtxdi 8.
+        /// Neighbours of pixels whose own samples count less than `history`, as where the frame before did not show them; without
+        /// it as many as of others, rtxdi 8.
         neighbours_without_history: Option<u32> = None, Within(0.0, 64.0);
+        /// Samples that neighbours count at least, in those of this frame, or they are not reused; without it 0, rtxdi 3.
+        least_history: Option<u32> = None, Within(0.0, 65536.0);
         /// n: rounds in which neighbours are reused; without it 2, restir-unbiased and rtxdi 1.
         rounds: Option<u32> = None, Within(0.0, 16.0);
         /// Distance within which neighbours are looked for; without it 30, rtxdi 32, on an image 1080 pixels high and in
@@ -64,6 +68,7 @@ pub struct Preset {
     reservoirs: u32,
     neighbours: u32,
     neighbours_without_history: u32,
+    least_history: u32,
     rounds: u32,
     /// Pixels of an image 1080 pixels high.
     radius: f32,
@@ -88,6 +93,7 @@ pub const BIASED: Preset = Preset {
     reservoirs: 4,
     neighbours: 5,
     neighbours_without_history: 5,
+    least_history: 0,
     rounds: 2,
     radius: 30.0,
     angle_deg: 25.0,
@@ -109,13 +115,15 @@ pub const UNBIASED: Preset = Preset {
     ..BIASED
 };
 
-/// Defaults of the RTXDI library: 8 local, 1 infinite and 1 environment candidate, of which this is the sum.
+/// Defaults of the RTXDI library: 8 local, 1 infinite and 1 environment candidate, of which this is the sum. Its samples count 1
+/// in all before reuse, and those of at most 2 are not spread to neighbours.
 pub const RTXDI: Preset = Preset {
     candidates: 10,
     presampled: true,
     reservoirs: 1,
     neighbours: 1,
     neighbours_without_history: 8,
+    least_history: 3,
     rounds: 1,
     radius: 32.0,
     angle_deg: 60.0,
@@ -135,6 +143,7 @@ pub struct Settings {
     pub history: u32,
     pub neighbours: u32,
     pub neighbours_without_history: u32,
+    pub least_history: u32,
     pub rounds: u32,
     radius: Radius,
     pub tolerances: Tolerances,
@@ -179,6 +188,7 @@ impl Settings {
             neighbours_without_history: given
                 .neighbours_without_history
                 .unwrap_or(usual_without_history),
+            least_history: given.least_history.unwrap_or(preset.least_history),
             rounds: given.rounds.unwrap_or(preset.rounds),
             radius: match given.radius {
                 Some(pixels) => Radius::Pixels(pixels),
@@ -225,6 +235,20 @@ impl Settings {
             return wrong("boiling", &message);
         }
         Ok(())
+    }
+
+    /// How many neighbours a surface asks whose own samples, with those of the frame before, are these.
+    pub fn neighbours_of(&self, own: &Reservoir) -> u32 {
+        let whole = self.history.saturating_mul(self.candidates);
+        match whole > 0 && own.count >= whole {
+            true => self.neighbours,
+            false => self.neighbours_without_history,
+        }
+    }
+
+    /// Whether neighbours may have a reservoir.
+    pub fn is_shared(&self, reservoir: &Reservoir) -> bool {
+        reservoir.count >= self.least_history.saturating_mul(self.candidates)
     }
 
     /// Whether weights other than the count see shadows: reservoirs then never hold what their surface does not see.
