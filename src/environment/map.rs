@@ -253,6 +253,12 @@ impl Environment {
         self.sample_of(&self.table, u)
     }
 
+    /// What [`Environment::sample`] finds `direction` (unit) with, in [0, 1]². `None` where the density is zero.
+    pub fn place(&self, direction: Vec3) -> Option<[f64; 2]> {
+        let [u, v] = self.coordinates(direction);
+        self.table.place([u, (PI * v).cos()])
+    }
+
     /// Density per steradian with which [`Environment::sample`] finds `direction` (unit).
     pub fn pdf(&self, direction: Vec3) -> f32 {
         self.radiance_and_pdf(direction, false).1

@@ -96,6 +96,21 @@ impl SphereTable {
         (density > 0.0).then_some(([(column as f64 + x) / self.columns as f64, cos], density))
     }
 
+    /// What [`SphereTable::sample`] finds a point with, in [0, 1]²; `None` where the density is zero.
+    pub fn place(&self, [phi, cos]: [f64; 2]) -> Option<[f64; 2]> {
+        let row_count = self.rows.len();
+        let row = self.edges[1..].partition_point(|edge| *edge > cos);
+        let row = row.min(row_count - 1);
+        let [top, bottom] = [self.edges[row], self.edges[row + 1]];
+        let sums = self.row_of(row);
+        let column = ((phi * self.columns as f64) as usize).min(self.columns - 1);
+        let within = [
+            along(sums, column, phi * self.columns as f64 - column as f64),
+            along(&self.rows, row, (top - cos) / (top - bottom)),
+        ];
+        (self.value(column, row) > 0.0).then_some(within)
+    }
+
     /// A range of columns that holds the one which `u` falls into.
     fn guided(&self, row: usize, u: f64) -> Range<usize> {
         let guides = &self.guides[row * GUIDES..(row + 1) * GUIDES];
@@ -122,6 +137,13 @@ impl SphereTable {
     }
 }
 
+/// What [`pick`] finds a part of an entry with.
+fn along(sums: &[f64], index: usize, share: f64) -> f64 {
+    let before = if index == 0 { 0.0 } else { sums[index - 1] };
+    let here = before + share.clamp(0.0, 1.0) * (sums[index] - before);
+    here / sums[sums.len() - 1]
+}
+
 /// The entry of a running sum that `u` in [0, 1) falls into, never one of zero width, and where in
 /// it; it is one of `among`. The last sum must be positive.
 fn pick(sums: &[f64], among: Range<usize>, u: f64) -> (usize, f64) {
@@ -138,6 +160,24 @@ fn pick(sums: &[f64], among: Range<usize>, u: f64) -> (usize, f64) {
 mod tests {
     use super::*;
     use crate::sample::Rng;
+
+    #[test]
+    fn places_lead_to_points_and_back() {
+        let edges = vec![1.0, 0.3, -0.2, -1.0];
+        let value = |column: usize, row: usize| ((column * 7 + row) % 5) as f64;
+        let table = SphereTable::new(11, edges, value);
+        let mut rng = Rng::new(2, 0, 0, 0);
+        for _ in 0..1000 {
+            let u = [rng.next_f64(), rng.next_f64()];
+            let (point, _) = table.sample(u).expect("a point");
+            let found = table.place(point).expect("a place");
+            let near = found.iter().zip(u).all(|(a, b)| (a - b).abs() < 1e-9);
+            assert!(near, "{found:?} {u:?}");
+        }
+        // Column 0 of row 0 is dark.
+        assert_eq!(table.place([0.01, 0.9]), None);
+        assert!(table.place([1.0, -1.0]).is_some());
+    }
 
     #[test]
     fn guides_change_nothing() {

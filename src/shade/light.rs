@@ -4,6 +4,7 @@ mod choice;
 mod emit;
 mod even;
 mod guide;
+mod met;
 mod near;
 mod place;
 mod point;
@@ -12,6 +13,7 @@ mod tile;
 
 pub use emit::{Emitted, Source};
 pub use even::EvenLights;
+pub use met::Way;
 pub use place::{Arriving, ChosenPlace, LIGHT_GROUPS, LightPlace, Unshadowed};
 pub use shared::SharedTiles;
 pub use tile::{LightTile, Sent, TilePart};

@@ -13,7 +13,7 @@ mod walk;
 pub use film::{NonFinite, RenderOptions, Rendering, render};
 pub use light::{
     Arriving, ChosenPlace, Emitted, EvenLights, LIGHT_GROUPS, LightPlace, LightSample, LightTile,
-    Lights, Sent, SharedTiles, Source, TilePart, Unshadowed,
+    Lights, Sent, SharedTiles, Source, TilePart, Unshadowed, Way,
 };
 pub use path::{DIRECT_LIGHTING, Depths, PathTracer};
 pub use surface::{Interaction, Surfaces};

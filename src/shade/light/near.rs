@@ -59,6 +59,22 @@ impl SphericalTriangle {
         let third = towards(a, c, along.clamp(-1.0, 1.0));
         towards(b, third, 1.0 - v * (1.0 - third.dot(b)))
     }
+
+    /// The place in [0, 1]² of a unit direction in the triangle: what [`SphericalTriangle::direction`] undoes.
+    pub fn place(&self, direction: DVec3) -> [f64; 2] {
+        let [a, b, c] = self.corners;
+        // Where the side from `b` through the direction meets the one between `a` and `c`.
+        let third = b.cross(direction).cross(c.cross(a)).normalize_or_zero();
+        let third = if third.dot(a + c) < 0.0 {
+            -third
+        } else {
+            third
+        };
+        let part = Self::of([a, b, third]).map_or(0.0, |part| part.solid_angle);
+        let v = (1.0 - direction.dot(b)) / (1.0 - third.dot(b));
+        let v = if v.is_finite() { v } else { 0.0 };
+        [part / self.solid_angle, v].map(|x| x.clamp(0.0, 1.0))
+    }
 }
 
 /// The point whose angle with `from` has this cosine, on the great circle through another.
@@ -93,6 +109,35 @@ mod tests {
             (f64::from(below) / f64::from(count) - 0.3).abs() < 0.006,
             "{below}"
         );
+    }
+
+    #[test]
+    fn places_lead_to_directions_and_back() {
+        let mut rng = Rng::new(1, 2, 3, 4);
+        for ways in [
+            [DVec3::X * 3.0, DVec3::Y, DVec3::Z * 0.2],
+            [
+                DVec3::X,
+                DVec3::new(0.9, 0.3, 0.1),
+                DVec3::new(0.8, -0.1, 0.4),
+            ],
+            // More than half of what is above.
+            [
+                DVec3::new(1.0, 0.0, 0.1),
+                DVec3::new(-0.5, 0.9, 0.1),
+                DVec3::new(-0.5, -0.9, 0.1),
+            ],
+        ] {
+            let seen = SphericalTriangle::of(ways).expect("is seen");
+            for _ in 0..1000 {
+                let place = [rng.next_f64(), rng.next_f64()];
+                let found = seen.place(seen.direction(place));
+                for (found, given) in found.into_iter().zip(place) {
+                    assert!((found - given).abs() < 1e-6, "{found} {given}");
+                }
+            }
+            assert!(seen.place(seen.corners[1]).iter().all(|x| x.is_finite()));
+        }
     }
 
     #[test]
