@@ -179,6 +179,14 @@ fn unbiased_contenders_have_the_mean_of_paths_after_frames() {
             ("restir-unbiased", "reservoirs = 2\nrounds = 2".into()),
             ("restir-unbiased", "presampled = true".into()),
             ("restir-unbiased", "least_history = 2".into()),
+            (
+                "restir-unbiased",
+                "candidates = 2\nsurface_candidates = 2".into(),
+            ),
+            (
+                "restir-unbiased",
+                "surface_candidates = 1\npresampled = true".into(),
+            ),
         ];
         let selections = SELECTIONS.map(|s| ("rt", format!("selection = '{s}'\nrays = 4")));
         variants.extend(selections);
@@ -209,6 +217,31 @@ fn the_biased_form_is_too_dark_and_its_neighbours_are_why() {
     let z = (mean - truth) / error.hypot(truth_error);
     println!("alone: {mean} {truth}, z = {z}");
     assert!(z.abs() < 4.0, "{mean} {truth}, z = {z}");
+}
+
+/// Few places of a large lamp are in the highlight that a surface shows of it: its own directions find them.
+#[test]
+fn candidates_of_the_surface_lower_the_noise_of_highlights() {
+    let technique = direct();
+    let mut glossy = metal();
+    let Bsdf::Conductor { alpha, .. } = &mut glossy.bsdf else {
+        unreachable!("a metal")
+    };
+    *alpha = 0.05;
+    let mut description = room(glossy, 8.0);
+    description.lights.clear();
+    description.shapes[2].to_world *= DMat4::from_scale(DVec3::splat(8.0));
+    let built = Built::new(&description);
+    let alone = "neighbours = 0\nhistory = 0\ncandidates = 4";
+    let spread = |surface_candidates: u32| {
+        let parameters = format!("{alone}\nsurface_candidates = {surface_candidates}");
+        built.fourth_frame(technique.as_ref(), ("restir-unbiased", &parameters))
+    };
+    let [without, with] = [0, 1].map(spread);
+    println!("without {without:?}, with {with:?}");
+    assert!(with.1 < 0.7 * without.1, "{with:?} {without:?}");
+    let z = (with.0 - without.0) / with.1.hypot(without.1);
+    assert!(z.abs() < 4.0, "{with:?} {without:?}");
 }
 
 /// Nothing of it is in the light of a first frame, of which all samples are naive.
@@ -286,7 +319,7 @@ fn a_sequence_goes_on_from_what_was_remembered_and_threads_change_nothing() {
     let built = Built::new(&room(diffuse(), 8.0));
     let methods = [
         ("restir", ""),
-        ("restir", "boiling = 1.0"),
+        ("restir", "boiling = 1.0\nsurface_candidates = 2"),
         ("restir-unbiased", ""),
         ("rtxdi", ""),
     ];

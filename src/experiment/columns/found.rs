@@ -22,6 +22,12 @@ pub const FOUND: &[ColumnEntry] = &[
         Unit::Count,
         "reservoirs of neighbours and of the frame before that are of another surface",
     ),
+    found(
+        "boiling_reservoirs",
+        "boiling reservoirs",
+        Unit::Count,
+        "reservoirs that the filter against boiling gave up",
+    ),
     found("passes", "passes", Unit::Count, "estimates of each pixel"),
     found(
         "rays_of_records",

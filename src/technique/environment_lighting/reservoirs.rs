@@ -1,15 +1,16 @@
 //! The contenders `restir`, `restir-unbiased` and `rtxdi` of environment lighting: see [`crate::technique::restir`].
 //!
 //! Each sub-pixel sample has reservoirs, which go from one to the next as from frame to frame. Unless the number of
-//! reservoirs is given, it is what the budget pays for: two shadow rays each, unbiased six.
+//! reservoirs is given, it is what the budget pays for: two shadow rays each, unbiased six, and one more
+//! for each candidate that the surface draws.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use toml::Table;
 
 use super::super::restir::{
-    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, PassNumber, Preset, RTXDI, Restir,
-    Sight, Sources, Surface, UNBIASED,
+    ABOUT_BIASED, ABOUT_RTXDI, ABOUT_UNBIASED, BIASED, Looks, Parameters, PassNumber, Preset,
+    RTXDI, Restir, Sight, Sources, Surface, UNBIASED,
 };
 use super::super::{Contender, Rendered, Shot, Terms};
 use super::illumination;
@@ -21,7 +22,7 @@ use crate::trace::RayCounter;
 pub(super) struct Variant {
     pub about: &'static About,
     preset: Preset,
-    /// Shadow rays of a reservoir: for its own sample, those of others and at the end.
+    /// Rays of a reservoir but for candidates of the surface: for its own sample, those of others and at the end.
     rays: usize,
 }
 
@@ -50,7 +51,9 @@ impl Variant {
         table: &Table,
         terms: Terms,
     ) -> Result<Box<dyn Contender + 'a>, ParameterError> {
-        let affordable = (terms.budget / self.rays).clamp(1, 64) as u32;
+        let parameters = Parameters::read(table)?;
+        let candidates = self.preset.surface_candidates(&parameters) as usize;
+        let affordable = (terms.budget / (self.rays + candidates)).clamp(1, 64) as u32;
         let preset = self.preset.with_reservoirs(affordable);
         let restir = Restir::new(table, &preset, Sources::Environment, terms.seed)?;
         if restir.passes().is_some() {

@@ -13,11 +13,13 @@
 //! *Differs* from the paper: the radius of neighbours follows the height of the image; places of the camera samples in
 //! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over all of
 //! them, a shape that emits being one. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
-//! presampled as whole sets (the library picks from larger tiles), none drawn by the surface,
-//! neighbours without history do not count at all, where the library counts their samples and leaves out their light;
-//! no permutation of pixels, no reuse of the last shadow ray.
+//! presampled as whole sets (the library picks from larger tiles); none drawn by the surface unless `surface_candidates` says so,
+//! because the one that the library has costs a ray and made images noisier here; a surface that the frame before shows elsewhere
+//! is not looked for around that place, and neighbours may have another material; neighbours without history do not count at all,
+//! where the library counts their samples and leaves out their light; no permutation of pixels, no reuse of the last shadow ray.
 
 mod boiling;
+mod candidates;
 mod combine;
 mod history;
 mod pass;
@@ -84,8 +86,8 @@ pub const ABOUT_RTXDI: About = About {
     failures: &[
         "weights do not see shadows: biased at their edges",
         "one sample a pixel: noisy under few large lights",
-        "the filter against boiling makes what few pixels find darker",
         "highlights of large lights in smooth surfaces are noisy: candidates know the lights alone",
+        "the filter against boiling makes what few pixels find darker",
     ],
     parameters: Parameters::PARAMETERS,
 };

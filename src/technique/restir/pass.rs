@@ -6,13 +6,13 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::boiling::BoilingFilter;
+use super::candidates::Candidates;
 use super::combine::{Combining, Offer};
 use super::history::{History, Then};
 use super::receiver::{Receiver, Surface};
-use super::reservoir::{Reservoir, Selecting};
+use super::reservoir::Reservoir;
 use super::settings::Settings;
 use crate::sample::{Rng, additive};
-use crate::shade::{ChosenPlace, LightTile, SharedTiles};
 use crate::technique::radiance::viewer_key;
 use crate::technique::{Rendered, Shot};
 use crate::trace::{Caster, RayCounter};
@@ -86,9 +86,10 @@ impl<'a> Pass<'a> {
         let counter = RayCounter::default();
         let stages = &mut rendered.stages;
         let mut all = stages.time("candidates", || {
-            let tiles = self.tiles();
+            let keys = [self.seed, viewer_key(self.shot), self.number];
+            let candidates = Candidates::new(self.shot, self.settings, self.sources, keys);
             self.each(&counter, CANDIDATES, &mut *tally, &|pixel, _, tools| {
-                self.candidates(pixel, tiles.as_ref(), tools)
+                candidates.reservoir(&pixel.receiver, tools)
             })
         });
         if let Some(before) = self.before.filter(|_| self.settings.history > 0) {
@@ -164,67 +165,6 @@ impl<'a> Pass<'a> {
             .reduce(Tally::default, Tally::and);
         *tally = tally.and(made);
         all
-    }
-
-    /// Resampled importance sampling: of all candidates one, in proportion to what it would add without shadows.
-    fn candidates(
-        &self,
-        pixel: &Pixel,
-        tiles: Option<&SharedTiles>,
-        mut tools: Tools,
-    ) -> Reservoir {
-        let settings = self.settings;
-        let mut selecting = Selecting::default();
-        match tiles {
-            Some(tiles) => {
-                let tile = tiles.pick(&mut tools.rng);
-                pixel
-                    .receiver
-                    .offer_all(tile, &mut selecting, &mut tools.rng);
-            }
-            None => {
-                for _ in 0..settings.candidates {
-                    let chosen = self.candidate(&mut tools.rng);
-                    let u = tools.rng.next_f64();
-                    if let Some(ChosenPlace { place, density }) = chosen {
-                        selecting.offer_place(place, pixel.receiver.target(&place), density, u);
-                    }
-                }
-            }
-        }
-        tools.tally.non_finite += selecting.non_finite;
-        let share = 1.0 / f64::from(settings.candidates);
-        let reservoir = selecting.reservoir(settings.candidates, share);
-        let dropped = settings.visibility_reuse
-            && reservoir
-                .place
-                .is_some_and(|place| pixel.receiver.shadowed_target(tools.caster, &place) == 0.0);
-        match dropped {
-            true => reservoir.emptied(),
-            false => reservoir,
-        }
-    }
-
-    /// Candidates that pixels share.
-    fn tiles(&self) -> Option<SharedTiles> {
-        let lights = self.shot.paths.lights();
-        let count = self.settings.candidates as usize;
-        let draw = |rng: &mut Rng| match self.sources {
-            Sources::All => LightTile::new(lights, count, rng),
-            Sources::Environment => LightTile::of_environment(lights, count, rng),
-        };
-        let keys = [self.seed, viewer_key(self.shot), self.number];
-        self.settings
-            .presampled
-            .then(|| SharedTiles::new(count, keys, draw))
-    }
-
-    fn candidate(&self, rng: &mut Rng) -> Option<ChosenPlace> {
-        let lights = self.shot.paths.lights();
-        match self.sources {
-            Sources::All => lights.choose(rng.next_f64(), rng),
-            Sources::Environment => lights.choose_environment([rng.next_f32(), rng.next_f32()]),
-        }
     }
 
     /// The pixel of the pass before that showed each surface.
@@ -385,8 +325,8 @@ impl<'a> Pass<'a> {
 }
 
 /// What making a reservoir takes.
-struct Tools<'t> {
-    caster: &'t Caster<'t>,
-    rng: Rng,
-    tally: &'t mut Tally,
+pub struct Tools<'t> {
+    pub caster: &'t Caster<'t>,
+    pub rng: Rng,
+    pub tally: &'t mut Tally,
 }

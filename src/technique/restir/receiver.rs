@@ -3,12 +3,11 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::reservoir::Selecting;
 use crate::image::luminance;
 use crate::sample::Rng;
-use crate::shade::{Arriving, Interaction, LightPlace, LightTile, Sent, Unshadowed};
+use crate::shade::{Arriving, ChosenPlace, Interaction, LightPlace, LightTile, Sent, Unshadowed};
 use crate::technique::Shot;
-use crate::trace::{Caster, Hit};
+use crate::trace::{Caster, Hit, Ray};
 
 /// A surface that a pixel shows, by its place on the scene's triangles: it moves with them.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -91,18 +90,38 @@ impl<'a> Receiver<'a> {
         )
     }
 
-    /// Offers the places of a tile that add anything.
-    pub fn offer_all(&self, tile: &LightTile, selecting: &mut Selecting, rng: &mut Rng) {
+    /// The places of a tile that add anything, with their targets.
+    pub fn each_lit(&self, tile: &LightTile, mut offer: impl FnMut(ChosenPlace, f32)) {
         let mut sent = Sent::default();
         for part in tile.parts() {
             part.send(self.shot.paths.lights(), &self.at, &mut sent);
             let candidates = part.places().iter().zip(part.density());
-            for ((place, density), target) in candidates.zip(sent.scattered(&self.at)) {
+            for ((&place, &density), target) in candidates.zip(sent.scattered(&self.at)) {
                 if target.is_finite() && target > 0.0 {
-                    selecting.offer_place(*place, target, *density, rng.next_f64());
+                    offer(ChosenPlace { place, density }, target);
                 }
             }
         }
+    }
+
+    /// A ray in a direction that the surface draws by how it scatters; `None` where that absorbs it, or is a mirror.
+    pub fn sampled_ray(&self, rng: &mut Rng) -> Option<Ray> {
+        let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
+        let sample = self.at.sample(u).filter(|sample| !sample.delta)?;
+        let lights = self.shot.paths.lights();
+        Some(lights.spawn(&self.at, sample.direction))
+    }
+
+    /// The place on a light that such a ray met: see [`crate::shade::Lights::place_met`].
+    pub fn place_met(&self, hit: Option<&Hit>, direction: Vec3) -> Option<ChosenPlace> {
+        let lights = self.shot.paths.lights();
+        lights.place_met(hit, direction, &self.at)
+    }
+
+    /// Density over places with which such rays, where nothing is between, come to one. 0 of lights without extent.
+    pub fn density(&self, place: &LightPlace) -> f32 {
+        let way = self.shot.paths.lights().way(place, &self.at);
+        way.map_or(0.0, |way| self.at.pdf(way.direction) * way.steradians)
     }
 
     /// The target, 0 in shadow.

@@ -22,6 +22,8 @@ parameters! {
     pub struct Parameters {
         /// M: candidates of a reservoir, drawn by power; without it 32, rtxdi 10.
         candidates: Option<u32> = None, Within(1.0, 65536.0);
+        /// Candidates besides, drawn by the surface, a ray each; without it none.
+        surface_candidates: Option<u32> = None, Within(0.0, 64.0);
         /// Whether candidates are those of a set that is drawn once a pass, with many others, and serves many pixels; without it
         /// only rtxdi's are.
         presampled: Option<bool> = None;
@@ -64,6 +66,7 @@ parameters! {
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
     candidates: u32,
+    surface_candidates: u32,
     presampled: bool,
     reservoirs: u32,
     neighbours: u32,
@@ -80,6 +83,11 @@ pub struct Preset {
 }
 
 impl Preset {
+    /// Candidates of a reservoir that the surface draws.
+    pub fn surface_candidates(&self, given: &Parameters) -> u32 {
+        given.surface_candidates.unwrap_or(self.surface_candidates)
+    }
+
     /// With another number of reservoirs.
     pub fn with_reservoirs(self, reservoirs: u32) -> Self {
         Self { reservoirs, ..self }
@@ -89,6 +97,7 @@ impl Preset {
 /// Bitterli et al. 2020, section 6, biased.
 pub const BIASED: Preset = Preset {
     candidates: 32,
+    surface_candidates: 0,
     presampled: false,
     reservoirs: 4,
     neighbours: 5,
@@ -136,6 +145,7 @@ pub const RTXDI: Preset = Preset {
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     pub candidates: u32,
+    pub surface_candidates: u32,
     pub presampled: bool,
     pub passes: Option<u32>,
     pub reservoirs: usize,
@@ -179,6 +189,7 @@ impl Settings {
         let angle_deg = given.angle_deg.unwrap_or(preset.angle_deg);
         let settings = Self {
             candidates: given.candidates.unwrap_or(preset.candidates),
+            surface_candidates: preset.surface_candidates(given),
             presampled: given.presampled.unwrap_or(preset.presampled),
             passes: given.passes,
             reservoirs: given.reservoirs.unwrap_or(preset.reservoirs) as usize,
@@ -237,9 +248,14 @@ impl Settings {
         Ok(())
     }
 
+    /// M before reuse.
+    pub fn all_candidates(&self) -> u32 {
+        self.candidates + self.surface_candidates
+    }
+
     /// How many neighbours a surface asks whose own samples, with those of the frame before, are these.
     pub fn neighbours_of(&self, own: &Reservoir) -> u32 {
-        let whole = self.history.saturating_mul(self.candidates);
+        let whole = self.history.saturating_mul(self.all_candidates());
         match whole > 0 && own.count >= whole {
             true => self.neighbours,
             false => self.neighbours_without_history,
@@ -248,7 +264,7 @@ impl Settings {
 
     /// Whether neighbours may have a reservoir.
     pub fn is_shared(&self, reservoir: &Reservoir) -> bool {
-        reservoir.count >= self.least_history.saturating_mul(self.candidates)
+        reservoir.count >= self.least_history.saturating_mul(self.all_candidates())
     }
 
     /// Whether weights other than the count see shadows: reservoirs then never hold what their surface does not see.
