@@ -356,6 +356,12 @@ impl<'a> Lights<'a> {
         self.triangle_of_shape(at.shape, at.triangle)
     }
 
+    /// What triangle `number` of the scene emits.
+    fn triangle_numbered(&self, number: u32) -> Option<&EmittingTriangle> {
+        let shape = *self.scene.triangle_shape.get(number as usize)?;
+        self.triangle_of_shape(shape, number)
+    }
+
     /// What triangle `number` of the scene, which belongs to a shape, emits.
     fn triangle_of_shape(&self, shape: u32, number: u32) -> Option<&EmittingTriangle> {
         let first = (*self.first_of_shape.get(shape as usize)?)?;

@@ -36,8 +36,7 @@ impl Lights<'_> {
                 ..chosen
             });
         };
-        let shape = *self.scene.triangle_shape.get(hit.triangle as usize)?;
-        let light = self.triangle_of_shape(shape, hit.triangle)?;
+        let light = self.triangle_numbered(hit.triangle)?;
         Some(light.chosen(light.place_of([hit.u, hit.v], from.position)?))
     }
 
@@ -57,8 +56,7 @@ impl Lights<'_> {
     pub fn way(&self, place: &LightPlace, from: &Interaction) -> Option<Way> {
         match *place {
             LightPlace::Triangle(number, at) => {
-                let shape = *self.scene.triangle_shape.get(number as usize)?;
-                let light = self.triangle_of_shape(shape, number)?;
+                let light = self.triangle_numbered(number)?;
                 let facing = light.facing_place(from.position, at)?;
                 Some(Way {
                     direction: facing.direction,

@@ -120,8 +120,7 @@ impl Lights<'_> {
     pub fn unshadowed(&self, place: &LightPlace, from: &Interaction) -> Option<Unshadowed> {
         match *place {
             LightPlace::Triangle(number, at) => {
-                let shape = *self.scene.triangle_shape.get(number as usize)?;
-                let light = self.triangle_of_shape(shape, number)?;
+                let light = self.triangle_numbered(number)?;
                 let facing = light.facing_place(from.position, at)?;
                 Some(Unshadowed {
                     direction: facing.direction,
@@ -162,8 +161,7 @@ impl Lights<'_> {
     pub fn arriving(&self, place: &LightPlace, from: &Interaction) -> Option<Arriving> {
         let sample = match *place {
             LightPlace::Triangle(number, at) => {
-                let shape = *self.scene.triangle_shape.get(number as usize)?;
-                let light = self.triangle_of_shape(shape, number)?;
+                let light = self.triangle_numbered(number)?;
                 let facing = light.facing_place(from.position, at)?;
                 let mut sample = self.triangle_sample(light, from, &facing)?;
                 // The density of directions is that of the place over this factor.

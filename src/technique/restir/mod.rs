@@ -14,7 +14,7 @@
 //! their pixels are random, as those of the truth; lights are chosen by power with half of it spread evenly over all of
 //! them, a shape that emits being one. *Differs* from the RTXDI library: 10 candidates of all lights for 8 + 1 + 1 of kinds,
 //! presampled as whole sets (the library picks from larger tiles); none drawn by the surface unless `surface_candidates` says so,
-//! because the one that the library has costs a ray and made images noisier here; a surface that the frame before shows elsewhere
+//! because the library's one costs a ray and gains next to nothing (`light-cones/rivals`); a surface that the frame before shows elsewhere
 //! is not looked for around that place, and neighbours may have another material; neighbours without history do not count at all,
 //! where the library counts their samples and leaves out their light; no permutation of pixels, no reuse of the last shadow ray.
 
