@@ -8,13 +8,14 @@
 RESULTS is the folder of the run, of a suite with a folder for each of its members, and RUN.log what it printed. NAME.md
 is written; add it to the list of docs/results.md, which a test compares with the folder. With `--together`, for runs of
 many scenes, tables keep the columns over all scenes, and those without any are left out. With `--frames`, for a sequence
-of one job, a table of the means over these frames is added: rays, and processor seconds by stage. With `--errors` too it is
+of one method, a table of the means over these frames is added: rays, and processor seconds by stage. With `--errors` too it is
 of any number of methods, and of these errors of the measured frames among them, in the mean of seeds, scenes and viewers.
 """
 
 import argparse
 import csv
 import re
+import statistics
 from pathlib import Path
 
 
@@ -68,13 +69,28 @@ def members(printed: str) -> dict[str, str]:
     return {Path(folder).name: part for part, folder in zip(parts[::2], parts[1::2])}
 
 
+# Of Student's t distribution, by the number of seeds: half of a 95 % interval in standard errors.
+T95 = {2: 12.71, 3: 4.303, 4: 3.182, 5: 2.776}
+
+
+def over_seeds(values: list[float]) -> str:
+    """The mean, with its 95 % interval where there are several."""
+    mean = statistics.mean(values)
+    if len(values) == 1:
+        return f"{mean:.2f}"
+    half = T95[len(values)] * statistics.stdev(values) / len(values) ** 0.5
+    return f"{mean:.2f} ± {half:.2f}"
+
+
 def of_frames(results: str, asked: list[list[str]]) -> list[str]:
-    """A table of the rays and processor seconds of frames of the only job there is."""
-    (path,) = Path(results, "jobs").glob("*/frames.csv")
-    with open(path, newline="") as file:
-        frames = list(csv.DictReader(file))
+    """A table of the rays and processor seconds of frames of the only method there is, in the mean of its seeds."""
+    seeds = []
+    for path in Path(results, "jobs").glob("*/frames.csv"):
+        with open(path, newline="") as file:
+            seeds.append(list(csv.DictReader(file)))
     prefix = "cpu_seconds_"
-    stages = [key[len(prefix):] for key in frames[-1] if key.startswith(prefix) and frames[-1][key]]
+    last = seeds[0][-1]
+    stages = [key[len(prefix):] for key in last if key.startswith(prefix) and last[key]]
     stages = [stage for stage in stages if stage != "total"] + ["total"]
     lines = [
         "| Frames | rays, 10⁶ | " + " | ".join(f"CPU {stage}, s" for stage in stages) + " |",
@@ -82,14 +98,17 @@ def of_frames(results: str, asked: list[list[str]]) -> list[str]:
     ]
     for span, text in asked:
         first, _, last = span.partition("-")
-        chosen = [row for row in frames if int(first) <= int(row["frame"]) <= int(last or first)]
+        wanted = range(int(first), int(last or first) + 1)
 
-        def mean(keys: list[str]) -> float:
-            return sum(float(row[key] or 0) for row in chosen for key in keys) / len(chosen)
+        def means(keys: list[str], unit: float = 1.0) -> str:
+            chosen = [[row for row in frames if int(row["frame"]) in wanted] for frames in seeds]
+            sums = [[sum(float(row[key] or 0) for key in keys) / unit for row in rows] for rows in chosen]
+            return over_seeds([statistics.mean(values) for values in sums])
 
-        seconds = " | ".join(f"{mean([prefix + stage]):.2f}" for stage in stages)
-        lines.append(f"| {span}: {text} | {mean(['rays', 'shadow_rays']) / 1e6:.2f} | {seconds} |")
-    return ["## Rays and processor seconds of single frames", "", *lines, "", "Means of `frames.csv`.", ""]
+        seconds = " | ".join(means([prefix + stage]) for stage in stages)
+        lines.append(f"| {span}: {text} | {means(['rays', 'shadow_rays'], 1e6)} | {seconds} |")
+    told = f", with 95 % intervals over {len(seeds)} seeds" if len(seeds) > 1 else ""
+    return ["## Rays and processor seconds of single frames", "", *lines, "", f"Means of `frames.csv`{told}.", ""]
 
 
 def errors_of_frames(results: str, asked: list[list[str]], metrics: list[str]) -> list[str]:

@@ -178,20 +178,24 @@ impl Selecting<'_> {
         for part in tile.parts() {
             part.send(self.lights, at, &mut sent);
             let added = adds(part, &sent);
-            for weight in part.over_density(&added) {
-                if weight.is_finite() {
-                    sum += f64::from(weight.max(0.0));
-                } else {
-                    let number = sums.len();
-                    let arriving = tile.arriving(number, self.lights, at);
-                    selected.extend(arriving.map(|arriving| Selected {
-                        arriving,
-                        group: tile.group(number),
-                        density: f32::NAN,
-                    }));
-                }
-                sums.push(sum);
+            let weights = part.over_density(&added);
+            // Converted together, so that only the sum itself goes one by one.
+            let mut up_to = weights.map(|weight| f64::from(weight.max(0.0)));
+            for lane in (0..LANES).filter(|&lane| !weights[lane].is_finite()) {
+                let number = sums.len() + lane;
+                let arriving = tile.arriving(number, self.lights, at);
+                selected.extend(arriving.map(|arriving| Selected {
+                    arriving,
+                    group: tile.group(number),
+                    density: f32::NAN,
+                }));
+                up_to[lane] = 0.0;
             }
+            for all in &mut up_to {
+                sum += *all;
+                *all = sum;
+            }
+            sums.extend_from_slice(&up_to);
             all_added.extend_from_slice(&added);
         }
         let offset = rng.next_f64();
