@@ -229,3 +229,58 @@ impl Selecting<'_> {
 fn even(number: u32, offset: f64, count: u32) -> f64 {
     (f64::from(number) + offset) / f64::from(count)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec3, Vec3};
+
+    use super::*;
+    use crate::scene::{Needs, Scene, SceneDescription, ShapeDescription, ShapeSource, View};
+    use crate::shade::Surfaces;
+    use crate::trace::{RayCounter, Tracer};
+
+    /// Candidates whose light is not finite come back as they are, and none of the samples is at one of them.
+    #[test]
+    fn candidates_that_are_not_finite_are_told_and_never_taken() {
+        let mut lamp = ShapeDescription::new("lamp", ShapeSource::Rectangle);
+        let turned = DMat4::from_rotation_x(std::f64::consts::PI);
+        lamp.to_world = DMat4::from_translation(DVec3::Z * 3.0) * turned;
+        lamp.emission = Some([2.0; 3]);
+        let eye = [DVec3::Z * 2.0, DVec3::ZERO, DVec3::Y];
+        let description = SceneDescription {
+            views: vec![View::look_at("v", eye, 60.0, [8, 8])],
+            shapes: vec![ShapeDescription::new("floor", ShapeSource::Rectangle), lamp],
+            ..SceneDescription::default()
+        };
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let counter = RayCounter::default();
+        let down = crate::trace::Ray::new(Vec3::new(0.1, 0.2, 1.0), -Vec3::Z);
+        let hit = tracer.caster(&counter).closest(&down).expect("the floor");
+        let (lights, surfaces) = (Lights::new(&scene), Surfaces::new(&scene));
+        let at = surfaces.interact(&hit, down.direction);
+        let selecting = Selecting {
+            lights: &lights,
+            even: EvenLights::new(&lights),
+            selection: Selection::Product,
+            candidates: 8,
+            presampled: Vec::new(),
+        };
+        let samples = |of: fn(usize) -> f32| {
+            let mut rng = Rng::new(1, 2, 3, 4);
+            selecting.samples(&at, 4, &mut rng, |_, _| std::array::from_fn(of))
+        };
+        let sound = samples(|_| 1.0);
+        assert_eq!(sound.len(), 4);
+        assert!(sound.iter().all(|sample| sample.density > 0.0));
+        // All 32 candidates are in one part; of the first three nothing is taken.
+        let spoilt = samples(|lane| [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0][lane.min(3)]);
+        let (told, taken): (Vec<_>, Vec<_>) = spoilt.iter().partition(|s| s.density.is_nan());
+        assert_eq!((told.len(), taken.len()), (3, 4));
+        for sample in taken {
+            assert!(sample.density.is_finite() && sample.density > 0.0);
+            let is_told = |other: &&Selected| other.arriving.direction == sample.arriving.direction;
+            assert!(!told.iter().any(is_told));
+        }
+    }
+}
