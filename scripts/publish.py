@@ -84,13 +84,17 @@ def over_seeds(values: list[float]) -> str:
 
 def of_frames(results: str, asked: list[list[str]]) -> list[str]:
     """A table of the rays and processor seconds of frames of the only method there is, in the mean of its seeds."""
+    with open(Path(results, "rows.csv"), newline="") as file:
+        rows = list(csv.DictReader(file))
+    if len({(row["scene"], row["view"], row["label"], row["sweep"]) for row in rows}) != 1:
+        raise SystemExit("--frames: expected seeds of one case; give --errors for several")
     seeds = []
-    for path in Path(results, "jobs").glob("*/frames.csv"):
-        with open(path, newline="") as file:
+    for row in rows:
+        with open(Path(results, "jobs", row["job"], "frames.csv"), newline="") as file:
             seeds.append(list(csv.DictReader(file)))
     prefix = "cpu_seconds_"
-    last = seeds[0][-1]
-    stages = [key[len(prefix):] for key in last if key.startswith(prefix) and last[key]]
+    final = seeds[0][-1]
+    stages = [key[len(prefix):] for key in final if key.startswith(prefix) and final[key]]
     stages = [stage for stage in stages if stage != "total"] + ["total"]
     lines = [
         "| Frames | rays, 10⁶ | " + " | ".join(f"CPU {stage}, s" for stage in stages) + " |",
