@@ -277,14 +277,19 @@ impl<'a> Lights<'a> {
             radiance: light.emission,
             pdf_sr: facing.pdf_sr,
             delta: false,
-            shadow_ray: self.shadow_ray(from, facing)?,
+            shadow_ray: self.shadow_ray(from, facing.direction, [facing.point, facing.normal])?,
         })
     }
 
-    /// The ray from a surface to a point of an emitting triangle.
-    fn shadow_ray(&self, from: &Interaction, to: &FacingPoint) -> Option<Ray> {
-        let start = self.spawn(from, to.direction).origin;
-        let end = offset_origin(to.point, to.normal, self.scene.diagonal);
+    /// The ray from a surface in a direction to a point of an emitting triangle with this normal.
+    fn shadow_ray(
+        &self,
+        from: &Interaction,
+        direction: Vec3,
+        [point, normal]: [Vec3; 2],
+    ) -> Option<Ray> {
+        let start = self.spawn(from, direction).origin;
+        let end = offset_origin(point, normal, self.scene.diagonal);
         let way = end - start;
         let length = way.length();
         Some(Ray {

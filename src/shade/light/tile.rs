@@ -3,9 +3,7 @@
 use glam::Vec3;
 use macro_rules_attribute::apply;
 
-use super::{
-    Arriving, ChosenPlace, FacingPoint, LIGHT_GROUPS, LightPlace, Lights, Unshadowed, near,
-};
+use super::{Arriving, ChosenPlace, LIGHT_GROUPS, LightPlace, Lights, Unshadowed, near};
 use crate::image::luminance;
 use crate::instructions::compiled_for_avx512;
 use crate::sample::Rng;
@@ -44,6 +42,8 @@ pub struct TilePart {
 pub struct Sent {
     directions: VectorLanes,
     irradiance: VectorLanes,
+    /// Whether the surface is near some of their triangles.
+    is_near_any: bool,
 }
 
 impl LightTile {
@@ -104,9 +104,16 @@ impl LightTile {
         self.parts[number / LANES].groups[number % LANES]
     }
 
-    /// What place `number` sends to a surface: [`Lights::arriving`].
-    pub fn arriving(&self, number: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
-        self.parts[number / LANES].arriving(number % LANES, lights, from)
+    /// What place `number` sends to a surface: [`Lights::arriving`], or `None` where that is nothing. `sent` is what its part was
+    /// found to send.
+    pub fn arriving(
+        &self,
+        number: usize,
+        lights: &Lights,
+        from: &Interaction,
+        sent: &Sent,
+    ) -> Option<Arriving> {
+        self.parts[number / LANES].arriving(number % LANES, lights, from, sent)
     }
 }
 
@@ -133,6 +140,7 @@ impl Default for Sent {
         Self {
             directions: [[0.0; LANES]; 3],
             irradiance: [[0.0; LANES]; 3],
+            is_near_any: false,
         }
     }
 }
@@ -178,18 +186,16 @@ impl TilePart {
         (self.places[lane], self.density[lane]) = (place, density);
     }
 
-    /// Numbers of the places, each times the factor of its [`Lights::group`].
-    pub fn by_group(&self, numbers: &Lanes, factors: &[f32; LIGHT_GROUPS]) -> Lanes {
-        let mut found = [0.0; LANES];
-        by_group(numbers, &self.groups, factors, &mut found);
-        found
+    /// Luminance of the irradiance of a surface with this normal, times the factor of each place's [`Lights::group`].
+    pub fn received(&self, sent: &Sent, normal: Vec3, factors: &[f32; LIGHT_GROUPS]) -> Lanes {
+        let mut received = [0.0; LANES];
+        receive(sent, normal, &self.groups, factors, &mut received);
+        received
     }
 
-    /// Numbers of the places over their densities; 0 where they are 0.
-    pub fn over_density(&self, numbers: &Lanes) -> Lanes {
-        let mut found = [0.0; LANES];
-        over(numbers, &self.density, &mut found);
-        found
+    /// Divides numbers of the places by their densities, 0 where they are 0; `false` where some are not finite after that.
+    pub fn over_density(&self, numbers: &Lanes, found: &mut [f64; LANES]) -> bool {
+        over(numbers, &self.density, found)
     }
 
     /// The places.
@@ -208,7 +214,8 @@ impl TilePart {
         if self.is_distant != [false; LANES] {
             send_distant(self, sent);
         }
-        if is_near_any(self, from.position) {
+        sent.is_near_any = is_near_any(self, from.position);
+        if sent.is_near_any {
             for lane in (0..LANES).filter(|lane| self.is_near(*lane, from.position)) {
                 let light = lights.unshadowed(&self.places[lane], from);
                 sent.put(lane, &light.unwrap_or_default());
@@ -229,17 +236,29 @@ impl TilePart {
         near::is_near(position.distance_squared(centre), height, self.edge2[lane])
     }
 
-    fn arriving(&self, lane: usize, lights: &Lights, from: &Interaction) -> Option<Arriving> {
+    fn arriving(
+        &self,
+        lane: usize,
+        lights: &Lights,
+        from: &Interaction,
+        sent: &Sent,
+    ) -> Option<Arriving> {
         let is_triangle = matches!(self.places[lane], LightPlace::Triangle(..));
-        if !is_triangle || self.is_near(lane, from.position) {
+        if !is_triangle || sent.is_near_any && self.is_near(lane, from.position) {
             return lights.arriving(&self.places[lane], from);
         }
-        let [point, normal] = [&self.points, &self.normals].map(|lanes| get(lanes, lane));
-        let facing = FacingPoint::of(point, normal, self.density[lane], from.position)?;
+        let Unshadowed {
+            direction,
+            irradiance,
+        } = sent.at(lane);
+        if irradiance == Vec3::ZERO {
+            return None;
+        }
+        let point = [&self.points, &self.normals].map(|lanes| get(lanes, lane));
         Some(Arriving {
-            direction: facing.direction,
-            irradiance: get(&self.emission, lane) * (self.density[lane] / facing.pdf_sr),
-            shadow_ray: lights.shadow_ray(from, &facing)?,
+            direction,
+            irradiance,
+            shadow_ray: lights.shadow_ray(from, direction, point)?,
         })
     }
 }
@@ -284,13 +303,6 @@ impl Sent {
             }
         }
         scattered
-    }
-
-    /// Luminance of the irradiance of a surface with this normal.
-    pub fn received(&self, normal: Vec3) -> Lanes {
-        let mut received = [0.0; LANES];
-        receive(self, normal, &mut received);
-        received
     }
 }
 
@@ -366,38 +378,36 @@ fn send_distant(part: &TilePart, sent: &mut Sent) {
     }
 }
 
-/// [`TilePart::by_group`].
-#[apply(compiled_for_avx512)]
-fn by_group(
-    numbers: &Lanes,
-    groups: &[u32; LANES],
-    factors: &[f32; LIGHT_GROUPS],
-    found: &mut Lanes,
-) {
-    for lane in 0..LANES {
-        found[lane] = numbers[lane] * factors[groups[lane] as usize % LIGHT_GROUPS];
-    }
-}
-
 /// [`TilePart::over_density`].
 #[apply(compiled_for_avx512)]
-fn over(numbers: &Lanes, density: &Lanes, found: &mut Lanes) {
+fn over(numbers: &Lanes, density: &Lanes, found: &mut [f64; LANES]) -> bool {
+    let mut finite = true;
     for lane in 0..LANES {
         let weight = numbers[lane] / density[lane];
-        found[lane] = if numbers[lane] == 0.0 { 0.0 } else { weight };
+        let weight = if numbers[lane] == 0.0 { 0.0 } else { weight };
+        finite &= weight.is_finite();
+        found[lane] = f64::from(weight);
     }
+    finite
 }
 
-/// [`Sent::received`].
+/// [`TilePart::received`].
 #[apply(compiled_for_avx512)]
-fn receive(sent: &Sent, normal: Vec3, received: &mut Lanes) {
+fn receive(
+    sent: &Sent,
+    normal: Vec3,
+    groups: &[u32; LANES],
+    factors: &[f32; LIGHT_GROUPS],
+    received: &mut Lanes,
+) {
     let [x, y, z] = &sent.directions;
     let [red, green, blue] = &sent.irradiance;
     for lane in 0..LANES {
         let cosine = x[lane] * normal.x + y[lane] * normal.y + z[lane] * normal.z;
         let light = luminance([red[lane], green[lane], blue[lane]]);
         // Not `max`: a direction that is not a number receives nothing.
-        received[lane] = if cosine > 0.0 { light * cosine } else { 0.0 };
+        let light = if cosine > 0.0 { light * cosine } else { 0.0 };
+        received[lane] = light * factors[groups[lane] as usize % LIGHT_GROUPS];
     }
 }
 

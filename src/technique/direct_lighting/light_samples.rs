@@ -13,7 +13,7 @@ use super::super::truth::Truth;
 use super::super::{
     Contender, ContenderEntry, Passes, Rendered, ShadingFunction, Shot, Terms, each_pixel,
 };
-use super::selection::{Selected, Selecting, Selection};
+use super::selection::{Samples, Selected, Selecting, Selection};
 use super::sight::{Sight, surface};
 use crate::entry::{About, Bias, parameters};
 use crate::sample::Rng;
@@ -121,13 +121,14 @@ struct Lit<'a> {
 impl ShadingFunction for Lit<'_> {
     fn pixels(&self, caster: &Caster, first_pixel: u32, sample: u32, out: &mut [[f32; 3]]) -> u64 {
         let shot = self.shot;
+        let mut samples = Samples::default();
         each_pixel(first_pixel, out, |pixel| {
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(sample));
             let sight = Sight::of(shot, caster, pixel, &mut rng);
             match sight.surface {
                 Some((hit, direction)) => {
                     let at = surface(shot, hit, direction);
-                    sight.seen + self.scattered(caster, &at, &mut rng)
+                    sight.seen + self.scattered(caster, &at, &mut rng, &mut samples)
                 }
                 None => sight.seen,
             }
@@ -137,9 +138,15 @@ impl ShadingFunction for Lit<'_> {
 
 impl Lit<'_> {
     /// Light that a surface scatters to the camera: the mean of all samples.
-    fn scattered(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
+    fn scattered(
+        &self,
+        caster: &Caster,
+        at: &Interaction,
+        rng: &mut Rng,
+        samples: &mut Samples,
+    ) -> Vec3 {
         let adds = |_: &TilePart, sent: &Sent| sent.scattered(at);
-        let samples = self.selecting.samples(at, self.count, rng, adds);
+        self.selecting.select(at, self.count, rng, adds, samples);
         let one = |light: Selected| {
             let Arriving {
                 direction,
@@ -152,6 +159,6 @@ impl Lit<'_> {
             }
             scattered / light.density
         };
-        samples.into_iter().map(one).sum::<Vec3>() / self.count as f32
+        samples.selected.drain(..).map(one).sum::<Vec3>() / self.count as f32
     }
 }

@@ -68,33 +68,54 @@ pub(crate) struct Selected {
     pub density: f32,
 }
 
+/// The light samples of one surface after another, in the same memory.
+#[derive(Default)]
+pub(crate) struct Samples {
+    /// Those of the last surface, without those that add nothing.
+    pub selected: Vec<Selected>,
+    /// Of each part of the candidates.
+    sent: Vec<Sent>,
+    /// What each candidate adds.
+    added: Vec<f32>,
+    /// Of what candidates add over their density: all up to each one.
+    sums: Vec<f64>,
+}
+
 /// Candidates that are held at once, unless a single sample has more of its own.
 const POOL: u32 = 1024;
 /// Candidates of a tile that is worth sharing: larger ones are drawn anew for each surface.
 const LARGEST_SHARED: u32 = 256;
 
 impl Selecting<'_> {
-    /// The light samples of a surface, `count` with those left out that add nothing. `adds` is what samples add without
+    /// Selects the light samples of a surface, `count` with those left out that add nothing. `adds` is what samples add without
     /// shadows, as luminance up to a factor.
-    pub fn samples(
+    pub fn select(
         &self,
         at: &Interaction,
         count: u32,
         rng: &mut Rng,
         adds: impl Fn(&TilePart, &Sent) -> Lanes,
-    ) -> Vec<Selected> {
+        samples: &mut Samples,
+    ) {
         let lights = self.lights;
+        let selected = &mut samples.selected;
+        selected.clear();
         match self.selection {
-            Selection::Uniform => self.each(at, count, rng, |_, rng| self.even.choose(rng)),
-            Selection::Power => self.each(at, count, rng, |_, rng| {
-                let choice = rng.next_f64();
-                lights.choose(choice, rng)
-            }),
+            Selection::Uniform => {
+                self.each(at, count, rng, |_, rng| self.even.choose(rng), selected);
+            }
+            Selection::Power => {
+                let by_power = |_, rng: &mut Rng| {
+                    let choice = rng.next_f64();
+                    lights.choose(choice, rng)
+                };
+                self.each(at, count, rng, by_power, selected);
+            }
             Selection::Systematic => {
-                self.each(at, count, rng, |choice, rng| lights.choose(choice, rng))
+                let evenly = |choice, rng: &mut Rng| lights.choose(choice, rng);
+                self.each(at, count, rng, evenly, selected);
             }
             Selection::Product => {
-                let mut selected = Vec::with_capacity(count as usize);
                 let group = (POOL / self.candidates).max(1);
                 for first in (0..count).step_by(group as usize) {
                     let count = group.min(count - first);
@@ -107,9 +128,8 @@ impl Selecting<'_> {
                             &drawn
                         }
                     };
-                    self.resample(at, count, tile, rng, &adds, &mut selected);
+                    self.resample(at, count, tile, rng, &adds, samples);
                 }
-                selected
             }
         }
     }
@@ -137,9 +157,9 @@ impl Selecting<'_> {
         count: u32,
         rng: &mut Rng,
         choose: impl Fn(f64, &mut Rng) -> Option<ChosenPlace>,
-    ) -> Vec<Selected> {
+        selected: &mut Vec<Selected>,
+    ) {
         let offset = rng.next_f64();
-        let mut selected = Vec::with_capacity(count as usize);
         for number in 0..count {
             let Some(chosen) = choose(even(number, offset, count), rng) else {
                 continue;
@@ -155,7 +175,6 @@ impl Selecting<'_> {
                 });
             }
         }
-        selected
     }
 
     /// Resampled importance sampling (Talbot et al. 2005): of all candidates `count`, by what they add. Candidates are evenly
@@ -167,35 +186,38 @@ impl Selecting<'_> {
         tile: &LightTile,
         rng: &mut Rng,
         adds: &impl Fn(&TilePart, &Sent) -> Lanes,
-        selected: &mut Vec<Selected>,
+        samples: &mut Samples,
     ) {
-        let room = tile.parts().len() * LANES;
-        let mut all_added: Vec<f32> = Vec::with_capacity(room);
-        // Of what candidates add over their density: all up to each one.
-        let mut sums: Vec<f64> = Vec::with_capacity(room);
+        let Samples {
+            selected,
+            sent,
+            added: all_added,
+            sums,
+        } = samples;
+        all_added.clear();
+        sums.clear();
         let mut sum = 0.0;
-        let mut sent = Sent::default();
-        for part in tile.parts() {
-            part.send(self.lights, at, &mut sent);
-            let added = adds(part, &sent);
-            let weights = part.over_density(&added);
-            // Converted together, so that only the sum itself goes one by one.
-            let mut up_to = weights.map(|weight| f64::from(weight.max(0.0)));
-            for lane in (0..LANES).filter(|&lane| !weights[lane].is_finite()) {
-                let number = sums.len() + lane;
-                let arriving = tile.arriving(number, self.lights, at);
-                selected.extend(arriving.map(|arriving| Selected {
-                    arriving,
-                    group: tile.group(number),
-                    density: f32::NAN,
-                }));
-                up_to[lane] = 0.0;
+        sent.resize_with(tile.parts().len(), Sent::default);
+        for (part, sent) in tile.parts().iter().zip(&mut *sent) {
+            part.send(self.lights, at, sent);
+            let added = adds(part, sent);
+            let mut weights = [0.0; LANES];
+            if !part.over_density(&added, &mut weights) {
+                for lane in (0..LANES).filter(|&lane| !weights[lane].is_finite()) {
+                    let number = sums.len() + lane;
+                    let arriving = tile.arriving(number, self.lights, at, sent);
+                    selected.extend(arriving.map(|arriving| Selected {
+                        arriving,
+                        group: tile.group(number),
+                        density: f32::NAN,
+                    }));
+                }
+                weights = weights.map(|weight| if weight.is_finite() { weight } else { 0.0 });
             }
-            for all in &mut up_to {
-                sum += *all;
-                *all = sum;
-            }
-            sums.extend_from_slice(&up_to);
+            sums.extend(weights.iter().map(|weight| {
+                sum += weight.max(0.0);
+                sum
+            }));
             all_added.extend_from_slice(&added);
         }
         let offset = rng.next_f64();
@@ -212,7 +234,7 @@ impl Selecting<'_> {
             };
             // Most candidates are not taken: their shadow rays are left out.
             if sum > 0.0
-                && let Some(arriving) = tile.arriving(taken, self.lights, at)
+                && let Some(arriving) = tile.arriving(taken, self.lights, at, &sent[taken / LANES])
             {
                 let density = (f64::from(all_added[taken]) * tile.count() as f64 / sum) as f32;
                 selected.push(Selected {
@@ -268,7 +290,15 @@ mod tests {
         };
         let samples = |of: fn(usize) -> f32| {
             let mut rng = Rng::new(1, 2, 3, 4);
-            selecting.samples(&at, 4, &mut rng, |_, _| std::array::from_fn(of))
+            let mut samples = Samples::default();
+            selecting.select(
+                &at,
+                4,
+                &mut rng,
+                |_, _| std::array::from_fn(of),
+                &mut samples,
+            );
+            samples.selected
         };
         let sound = samples(|_| 1.0);
         assert_eq!(sound.len(), 4);

@@ -3,15 +3,15 @@
 use glam::Vec3;
 
 use super::hidden::Hidden;
-use super::options::{CalmTests, HiddenLights, Orientation, Parameters};
-use super::texels::{frame_of, hit_of, normal_of};
+use super::options::{CalmTests, HiddenLights, Parameters};
+use super::texels::{frame_of, hit_of};
 use crate::cache::cones::{Cone, EdgeTest, Entry, MOST_CONES, Storage, Update, Weighting};
 use crate::cache::surface::{BLOCK_TEXELS, Block, Blocks};
 use crate::image::luminance;
 use crate::sample::{Frame, Rng};
 use crate::shade::{Interaction, LIGHT_GROUPS, Sent, TilePart};
 use crate::technique::Shot;
-use crate::technique::direct_lighting::selection::{Selected, Selecting};
+use crate::technique::direct_lighting::selection::{Samples, Selected, Selecting};
 use crate::trace::{Caster, Hit, RayCounter};
 
 /// The updates of a frame.
@@ -59,6 +59,12 @@ impl Tally {
     }
 }
 
+/// What a thread works with.
+struct Workplace<'a> {
+    caster: Caster<'a>,
+    samples: Samples,
+}
+
 /// Keys the random numbers of updates.
 const STREAM: u64 = 0x636f_6e65_7570;
 
@@ -66,15 +72,18 @@ impl Gathering<'_> {
     /// Updates every texel that this frame asks for.
     pub fn update(&self, blocks: &mut Blocks, counter: &RayCounter) -> Tally {
         let tallies = blocks.work(
-            || self.shot.tracer.caster(counter),
-            |caster, block| self.update_block(caster, block),
+            || Workplace {
+                caster: self.shot.tracer.caster(counter),
+                samples: Samples::default(),
+            },
+            |workplace, block| self.update_block(workplace, block),
         );
         let mut all = Tally::default();
         tallies.iter().for_each(|tally| all.add(tally));
         all
     }
 
-    fn update_block(&self, caster: &Caster, block: Block) -> Tally {
+    fn update_block(&self, workplace: &mut Workplace, block: Block) -> Tally {
         let mut tally = Tally::default();
         let back = block.key.surface().back;
         let size = self.storage.words();
@@ -89,18 +98,19 @@ impl Gathering<'_> {
             let number = u64::from(self.shot.frame) << 6 | index as u64;
             let mut rng = Rng::new(self.seed, STREAM, block.key.bits(), number);
             let hit = hit_of(point);
-            let (scene, orientation) = (self.shot.scene, self.parameters.orientation);
-            let frame = frame_of(scene, point.triangle, back, orientation);
+            let at = self.shot.paths.surfaces().interact(&hit, Vec3::NEG_Z);
+            let normal = match back {
+                true => -at.geometric_normal,
+                false => at.geometric_normal,
+            };
+            let orientation = self.parameters.orientation;
             let texel = Receiver {
-                at: self.shot.paths.surfaces().interact(&hit, Vec3::NEG_Z),
-                normal: match orientation {
-                    Orientation::Surface => frame.normal,
-                    Orientation::World => normal_of(scene, point.triangle, back),
-                },
-                frame,
+                frame: frame_of(self.shot.scene, point.triangle, normal, orientation),
+                at,
+                normal,
             };
             let entry = self.storage.read(words);
-            let entry = self.updated(caster, &texel, entry, &mut hidden, &mut rng, &mut tally);
+            let entry = self.updated(workplace, &texel, entry, &mut hidden, &mut rng, &mut tally);
             tally.too_bright += u64::from(self.storage.is_too_bright(&entry));
             self.storage.write(&entry, words);
         }
@@ -121,7 +131,7 @@ impl Gathering<'_> {
     /// An entry after an update.
     fn updated(
         &self,
-        caster: &Caster,
+        workplace: &mut Workplace,
         texel: &Receiver,
         mut entry: Entry,
         hidden: &mut Hidden,
@@ -146,19 +156,17 @@ impl Gathering<'_> {
             true => hidden.chances(),
             false => [1.0; LIGHT_GROUPS],
         };
-        let adds = |part: &TilePart, sent: &Sent| {
-            let received = sent.received(texel.normal);
-            match chances == [1.0; LIGHT_GROUPS] {
-                true => received,
-                false => part.by_group(&received, &chances),
-            }
-        };
-        let selected = self.selecting.samples(&texel.at, samples, rng, adds);
+        let adds = |part: &TilePart, sent: &Sent| part.received(sent, texel.normal, &chances);
+        let Workplace {
+            caster,
+            samples: lit,
+        } = workplace;
+        self.selecting.select(&texel.at, samples, rng, adds, lit);
         for Selected {
             arriving,
             group,
             density,
-        } in selected
+        } in lit.selected.drain(..)
         {
             if cosine(arriving.direction) == 0.0 || arriving.irradiance == Vec3::ZERO {
                 continue;

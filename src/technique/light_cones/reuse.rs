@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::gather::Gathering;
-use super::texels::{Surfaces, frame_of};
+use super::texels::{Surfaces, frame_of, normal_of};
 use crate::cache::cones::Entry;
 use crate::cache::surface::{BLOCK_TEXELS, LEVELS, Texel};
 
@@ -54,13 +54,10 @@ impl Gathering<'_> {
             let is_outdated = !self.restless && surfaces.blocks.has_missed(other);
             (entry.count > 0.0 && !is_outdated).then_some((source, entry))
         })?;
+        let (scene, orientation) = (self.shot.scene, self.parameters.orientation);
         let frame = |triangle| {
-            frame_of(
-                self.shot.scene,
-                triangle,
-                surface.back,
-                self.parameters.orientation,
-            )
+            let normal = normal_of(scene, triangle, surface.back);
+            frame_of(scene, triangle, normal, orientation)
         };
         let (from, to) = (frame(source.triangle), frame(point.triangle));
         let mut entry = entry.carried(|axis| to.to_local(from.to_world(axis)).normalize());

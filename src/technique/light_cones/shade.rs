@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::options::{Horizon, Parameters};
 use super::shown::{Shown, ShownCone, ShownTexels};
 use super::sight::{Address, Look, Sight, camera_ray};
-use super::texels::{Surfaces, frame_of};
+use super::texels::{Surfaces, frame_of, normal_of};
 use crate::cache::cones::{Cone, Storage};
 use crate::cache::surface::Texel;
 use crate::image::Image;
@@ -187,7 +187,9 @@ impl Shading<'_> {
         }
         let back = texel.block.surface().back;
         let orientation = self.parameters.orientation;
-        let frame = frame_of(self.shot.scene, point.triangle, back, orientation);
+        let (scene, triangle) = (self.shot.scene, point.triangle);
+        let normal = normal_of(scene, triangle, back);
+        let frame = frame_of(scene, triangle, normal, orientation);
         // The directions of a texel stay the same, so that they do not flicker.
         let turn = hash(texel.block.bits() ^ u64::from(texel.index) << 58) >> 40;
         let turn = <[f32; 2]>::from((TAU * (turn as f32 / (1 << 24) as f32)).sin_cos());

@@ -44,11 +44,11 @@ pub(super) fn twice_area(scene: &Scene, triangle: u32) -> f32 {
     (b - a).cross(c - a).length()
 }
 
-/// The frame that the cones of a texel are told in, as its triangle lies now.
+/// The frame that the cones of a texel are told in, as its triangle lies now, with this [`normal_of`] the texel's side.
 pub(super) fn frame_of(
     scene: &Scene,
     triangle: u32,
-    back: bool,
+    normal: Vec3,
     orientation: Orientation,
 ) -> Frame {
     if orientation == Orientation::World {
@@ -58,7 +58,6 @@ pub(super) fn frame_of(
             normal: Vec3::Z,
         };
     }
-    let normal = normal_of(scene, triangle, back);
     let [a, b, _] = corners(scene, triangle);
     let along = b - a;
     let across = along - normal * along.dot(normal);
@@ -100,7 +99,10 @@ mod tests {
         let turn = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 2.0);
         for (back, scale) in [(false, 1.0), (true, 1e-4), (true, 1e5)] {
             let still = triangle(Quat::IDENTITY, scale);
-            let of = |scene: &Scene| frame_of(scene, 0, back, Orientation::Surface);
+            let of = |scene: &Scene| {
+                let normal = normal_of(scene, 0, back);
+                frame_of(scene, 0, normal, Orientation::Surface)
+            };
             let (before, after) = (of(&still), of(&triangle(turn, scale)));
             let direction = Vec3::new(0.1, 0.7, -0.4);
             let carried = turn * before.to_world(direction);
@@ -108,7 +110,7 @@ mod tests {
             assert!((before.to_local(before.to_world(direction)) - direction).length() < 1e-5);
             assert_eq!(before.normal, normal_of(&still, 0, back));
             assert_eq!(before.normal.z < 0.0, back);
-            let world = frame_of(&still, 0, back, Orientation::World);
+            let world = frame_of(&still, 0, Vec3::X, Orientation::World);
             assert_eq!(world.to_world(direction), direction);
         }
     }

@@ -73,11 +73,14 @@ fn a_tile_is_one_place_after_another_bit_for_bit() {
             assert_eq!(show(&found), show(&expected));
             assert_eq!(part.density()[lane], chosen.density);
             let expected = lights.arriving(&chosen.place, &at);
-            assert_eq!(show(&tile.arriving(number, lights, &at)), show(&expected));
+            assert_eq!(
+                show(&tile.arriving(number, lights, &at, &sent)),
+                show(&expected)
+            );
             let is_triangle = matches!(chosen.place, LightPlace::Triangle(..));
             lit += u32::from(is_triangle && found.is_some());
             let normal = Vec3::new(0.6, 0.0, 0.8);
-            let received = sent.received(normal)[lane];
+            let received = part.received(&sent, normal, &[1.0; LIGHT_GROUPS])[lane];
             let expected = sent.each(|light| {
                 let cosine = light.direction.dot(normal).max(0.0);
                 cosine * luminance(light.irradiance.into())
@@ -159,11 +162,14 @@ fn a_lamp_that_touches_a_floor_lights_it_as_it_should() {
         };
         let mut at = paths.surfaces().interact(&hit, Vec3::NEG_Z);
         at.position = scene.positions[4].with_y(0.1) + Vec3::X * distance;
-        let (mut sent, mut sum, mut most) = (Sent::default(), 0.0, 0.0f32);
+        let (mut sent, mut sum, mut most) = (Sent::default(), 0.0, 0.0);
         for part in tile.parts() {
             part.send(lights, &at, &mut sent);
-            for number in part.over_density(&sent.received(Vec3::Z)) {
-                (sum, most) = (sum + f64::from(number), most.max(number));
+            let mut numbers = [0.0; LANES];
+            let received = part.received(&sent, Vec3::Z, &[1.0; LIGHT_GROUPS]);
+            assert!(part.over_density(&received, &mut numbers));
+            for number in numbers {
+                (sum, most) = (sum + number, f64::max(most, number));
             }
         }
         let exact = lambert(at.position.as_dvec3(), DVec3::Z, &corners);
@@ -173,9 +179,6 @@ fn a_lamp_that_touches_a_floor_lights_it_as_it_should() {
             "{distance}: {mean} for {exact}"
         );
         // However near it is, no sample counts for much more than all of them together.
-        assert!(
-            f64::from(most) < 16.0 * exact,
-            "{distance}: {most} of {exact}"
-        );
+        assert!(most < 16.0 * exact, "{distance}: {most} of {exact}");
     }
 }
