@@ -109,6 +109,30 @@ impl Surfaces<'_> {
             local_view: frame.to_local(view),
         }
     }
+
+    /// The surface at `hit` for those who ask what arrives there or what it emits: grey, with the normal of its triangle.
+    pub fn bare(&self, hit: &Hit, direction: Vec3) -> Interaction<'_> {
+        let scene = self.scene;
+        let corners = scene.triangles[hit.triangle as usize];
+        let [p0, p1, p2] = corners.map(|i| scene.positions[i as usize]);
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let normal = normals::unit_normal(e1, e2);
+        let frame = Frame::from_normal(normal);
+        let shape = scene.triangle_shape.get(hit.triangle as usize).copied();
+        Interaction {
+            position: p0 + e1 * hit.u + e2 * hit.v,
+            geometric_normal: normal,
+            shading_normal: normal,
+            uv: Vec2::new(hit.u, hit.v),
+            shape: shape.unwrap_or(0),
+            triangle: hit.triangle,
+            bsdf: grey(),
+            frame,
+            bend: 0.0,
+            view: -direction,
+            local_view: frame.to_local(-direction),
+        }
+    }
 }
 
 impl Interaction<'_> {

@@ -98,7 +98,7 @@ impl Gathering<'_> {
             let number = u64::from(self.shot.frame) << 6 | index as u64;
             let mut rng = Rng::new(self.seed, STREAM, block.key.bits(), number);
             let hit = hit_of(point);
-            let at = self.shot.paths.surfaces().interact(&hit, Vec3::NEG_Z);
+            let at = self.shot.paths.surfaces().bare(&hit, Vec3::NEG_Z);
             let normal = match back {
                 true => -at.geometric_normal,
                 false => at.geometric_normal,
@@ -247,7 +247,7 @@ impl Gathering<'_> {
             return sky > 0.0 && sky >= self.parameters.bright_sky * mean;
         };
         self.shines(&hit)
-            && lights.emitted(&self.shot.paths.surfaces().interact(&hit, direction)) != Vec3::ZERO
+            && lights.emitted(&self.shot.paths.surfaces().bare(&hit, direction)) != Vec3::ZERO
     }
 
     /// Whether the shape of a hit emits.
