@@ -70,7 +70,7 @@ def members(printed: str) -> dict[str, str]:
 
 
 # Of Student's t distribution, by the number of seeds: half of a 95 % interval in standard errors.
-T95 = {2: 12.71, 3: 4.303, 4: 3.182, 5: 2.776}
+T95 = {2: 12.71, 3: 4.303, 4: 3.182, 5: 2.776, 6: 2.571, 7: 2.447, 8: 2.365, 9: 2.306, 10: 2.262}
 
 
 def over_seeds(values: list[float]) -> str:
