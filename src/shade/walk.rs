@@ -39,7 +39,7 @@ impl Leg {
 
 /// What a leg ends at.
 pub enum Met<'a> {
-    /// The environment's radiance, weighted against light sampling.
+    /// The environment's radiance, and that of masks before it, weighted against light sampling.
     Sky(Vec3),
     /// The first surface that is not masked out.
     Surface(Vertex<'a>),
@@ -51,7 +51,7 @@ pub struct Vertex<'a> {
     pub at: Interaction<'a>,
     /// Length of the leg, scene units.
     pub distance: f32,
-    /// Radiance emitted back along the leg, weighted against light sampling.
+    /// Radiance emitted back along the leg, by masks that it passed too, weighted against light sampling.
     pub emission: Vec3,
 }
 
@@ -100,28 +100,31 @@ impl PathTracer<'_> {
         rng: &mut Rng,
     ) -> Met<'_> {
         let mut distance = 0.0;
+        // Masks that shine do so with all of their light, passed or not.
+        let mut passed = Vec3::ZERO;
         for _ in 0..MOST_MASKS {
             let Some(met) = hit else {
-                return Met::Sky(self.sky(&leg));
+                return Met::Sky(passed + self.sky(&leg));
             };
             let mut at = self.surfaces().interact(&met, leg.ray.direction);
             distance += met.t;
             let opacity = at.bsdf.opacity;
+            let emission = passed + self.emission(&at, distance, &leg);
             if opacity >= 1.0 || rng.next_f32() < opacity {
                 at.bsdf.opacity = 1.0;
-                let emission = self.emission(&at, distance, &leg);
                 return Met::Surface(Vertex {
                     at,
                     distance,
                     emission,
                 });
             }
+            passed = emission;
             // A shadow ray would have been stopped by the mask: only this way shows what is behind.
             leg.delta = true;
             leg.ray = self.lights().spawn(&at, leg.ray.direction);
             hit = caster.closest(&leg.ray);
         }
-        Met::Sky(Vec3::ZERO)
+        Met::Sky(passed)
     }
 
     /// The radiance that arrives against a leg by paths of up to `depth` edges, and the leg's length where it ends at
@@ -248,9 +251,14 @@ impl PathTracer<'_> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::image::luminance;
-    use crate::scene::{Needs, Scene, find_scene};
+    use crate::scene::{
+        ColourSource, Material, Needs, Scene, SceneDescription, ShapeDescription, ShapeSource,
+        View, find_scene,
+    };
     use crate::shade::Depths;
     use crate::trace::{RayCounter, Tracer};
 
@@ -283,6 +291,39 @@ mod tests {
             let off = mean(walked) - mean(traced);
             assert!(off.abs() < 4.0 * deviation, "{name}: {off} ± {deviation}");
         }
+    }
+
+    /// Half of all legs pass the lamp.
+    #[test]
+    fn masks_shine_with_all_their_light_as_in_path_tracing() {
+        let mut lamp = ShapeDescription::new("lamp", ShapeSource::Rectangle);
+        lamp.emission = Some([4.0; 3]);
+        let eye = [DVec3::Z * 2.0, DVec3::ZERO, DVec3::Y];
+        let description = SceneDescription {
+            views: vec![View::look_at("v", eye, 60.0, [8, 8])],
+            shapes: vec![lamp],
+            materials: vec![Material {
+                opacity: Some(ColourSource::Constant([0.5; 3])),
+                ..Material::diffuse("half", [0.5; 3])
+            }],
+            ..SceneDescription::default()
+        };
+        let scene = Scene::build(&description, Needs::ALL).expect("a scene");
+        let tracer = Tracer::new(&scene.positions, &scene.triangles);
+        let paths = PathTracer::new(&scene, &tracer);
+        let counter = RayCounter::default();
+        let caster = tracer.caster(&counter);
+        let ray = Ray::new(Vec3::Z, -Vec3::Z);
+        let (mut met, count) = (0, 100);
+        for i in 0..count {
+            let mut rng = Rng::new(1, 2, i, 0);
+            let traced = paths.radiance(&caster, ray, &mut rng, Depths::up_to(3));
+            let leg = Leg::from_camera(ray);
+            let (walked, length) = paths.arriving(&caster, leg, 3, &mut rng);
+            assert_eq!((traced, walked), ([4.0; 3], Vec3::splat(4.0)));
+            met += u64::from(length.is_some());
+        }
+        assert!((30..70).contains(&met), "{met}");
     }
 
     fn add(sums: &mut [f64; 2], value: f32) {
