@@ -61,6 +61,9 @@ impl Importer<'_> {
             soft_terminators: false,
         };
         self.note_dropped(declared);
+        if mapped.emission.is_some() && material.opacity.is_some() {
+            self.note("a surface that alpha leaves open shines as if it were not");
+        }
         self.scene.materials.push(material);
         self.materials.insert(index, mapped);
         Ok(mapped)

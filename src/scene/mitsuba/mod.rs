@@ -203,6 +203,11 @@ impl<'a> Importer<'a> {
             return Ok(element);
         }
         element.used.set(true);
+        self.referred(element)
+    }
+
+    /// What a `<ref>` refers to, which is looked at without being used.
+    fn referred(&self, element: &'a Element) -> Result<&'a Element, SceneError> {
         let id = element.required("id")?;
         self.ids.get(id).copied().ok_or_else(|| {
             let mut known: Vec<&str> = self.ids.keys().copied().collect();
@@ -218,11 +223,12 @@ impl<'a> Importer<'a> {
     fn nested(&self, element: &'a Element, tag: &str) -> Result<Vec<&'a Element>, SceneError> {
         let mut found = Vec::new();
         for child in &element.children {
-            if child.tag == tag || child.tag == "ref" {
-                let target = self.resolved(child)?;
-                if target.tag == tag {
-                    found.push(target);
-                }
+            let target = match child.tag.as_str() {
+                "ref" => self.referred(child)?,
+                _ => child,
+            };
+            if target.tag == tag {
+                found.push(self.resolved(child)?);
             }
         }
         Ok(found)

@@ -194,7 +194,8 @@ impl<'a> Importer<'a> {
             return Ok((Some([1.0; 3]), None));
         };
         let radiance = self.resolved(radiance)?;
-        if radiance.tag == "texture" {
+        let is_spectrum = matches!(radiance.kind(), "regular" | "irregular" | "blackbody");
+        if radiance.tag == "texture" && !is_spectrum {
             return match self.scaled_source(radiance)? {
                 (ColourSource::Constant(colour), _) => Ok((Some(colour), None)),
                 (ColourSource::Texture(index), factor) => Ok((Some(factor), Some(index))),

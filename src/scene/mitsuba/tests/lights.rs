@@ -98,6 +98,22 @@ fn lamps_shine_by_spectra_that_are_plugins() {
     assert_eq!(scene.shapes[0].emission, Some([3.0; 3]));
 }
 
+/// A spectrum may be written as a texture: it shines all the same.
+#[test]
+fn lamps_shine_by_spectra_that_are_called_textures() {
+    let emission = |tag: &str, values: &str| {
+        let lamp = format!(
+            "<shape type='cube'><emitter type='area'><{tag} name='radiance' type='irregular'>\
+             <string name='wavelengths' value='400,700'/><string name='values' value='{values}'/>\
+             </{tag}></emitter></shape>"
+        );
+        load("3.0.0", &lamp).shapes[0].emission
+    };
+    let shining = emission("texture", "5,5");
+    assert_eq!(shining, emission("spectrum", "5,5"));
+    assert!(shining.is_some_and(|rgb| rgb.iter().all(|c| *c > 3.0)));
+}
+
 #[test]
 fn no_light_takes_light_away() {
     for (xml, expected) in [

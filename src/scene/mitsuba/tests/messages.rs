@@ -19,6 +19,18 @@ fn what_is_ignored_is_noted_with_counts() {
 }
 
 #[test]
+fn what_a_shape_refers_to_and_does_not_read_is_noted() {
+    let scene = load(
+        "3.0.0",
+        "<medium type='homogeneous' id='fog'/><bsdf type='diffuse' id='white'/><shape type='cube'><ref id='white'/><ref name='interior' id='fog'/></shape>",
+    );
+    assert_eq!(
+        scene.notes,
+        ["parameter `interior` of shape `cube` is ignored"]
+    );
+}
+
+#[test]
 fn errors_have_places_and_advice() {
     for (body, expected) in [
         (
