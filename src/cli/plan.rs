@@ -1,7 +1,7 @@
 //! `plan`: the frozen job list; and the selection that `run` shares.
 
-use std::collections::{BTreeSet, HashSet};
-use std::path::PathBuf;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use glob::Pattern;
@@ -43,6 +43,23 @@ fn refuse_twice(overrides: &[Override]) -> Result<(), Failure> {
     }
 }
 
+/// The configs that write the folders of a run.
+#[derive(Default)]
+struct Folders(BTreeMap<PathBuf, String>);
+
+impl Folders {
+    /// Refuses a second config that would write the same folder.
+    fn take(&mut self, folder: &Path, config: &str) -> Result<(), Failure> {
+        match self.0.insert(folder.to_owned(), config.to_owned()) {
+            None => Ok(()),
+            Some(other) => Err(Failure::usage(format!(
+                "{other} and {config} would both write {}: give one of them another `name`",
+                folder.display()
+            ))),
+        }
+    }
+}
+
 /// Plans every config of the selection and applies its filters.
 pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
     let (settings, configs): (Vec<&String>, Vec<&String>) = selection
@@ -69,6 +86,7 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
     refuse_twice(&overrides)?;
     let filter = Filter::new(selection)?;
     let mut all = Vec::new();
+    let mut folders = Folders::default();
     let folder = |name: &str| {
         let named = || PathBuf::from("results").join(name);
         selection.out.clone().unwrap_or_else(named)
@@ -77,8 +95,10 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
         let source = Source::find(file)?;
         let Some(suite) = Suite::of(&source)? else {
             let (config, plan) = plan(&source, &overrides)?;
+            let folder = folder(&config.name);
+            folders.take(&folder, file)?;
             all.push(Planned {
-                folder: folder(&config.name),
+                folder,
                 config,
                 plan,
                 suite: None,
@@ -94,9 +114,12 @@ pub fn planned(selection: &Selection) -> Result<Vec<Planned>, Failure> {
             },
         });
         for (file, overrides) in suite.members(&source.file, &overrides)? {
-            let (config, plan) = plan(&Source::find(&file.to_string_lossy())?, &overrides)?;
+            let file = file.to_string_lossy();
+            let (config, plan) = plan(&Source::find(&file)?, &overrides)?;
+            let folder = planned.folder.join(&config.name);
+            folders.take(&folder, &file)?;
             all.push(Planned {
-                folder: planned.folder.join(&config.name),
+                folder,
                 config,
                 plan,
                 suite: Some(planned.clone()),
@@ -258,5 +281,23 @@ pub fn print(planned: &Planned) {
     if bytes > 0 {
         let mebibytes = bytes as f64 / (1 << 20) as f64;
         say!("records take up to {mebibytes:.1} MiB in a job");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_configs_do_not_write_one_folder() {
+        let mut folders = Folders::default();
+        assert!(folders.take(Path::new("results/a"), "a.toml").is_ok());
+        assert!(folders.take(Path::new("results/b"), "b.toml").is_ok());
+        let refused = folders.take(Path::new("results/a"), "other.toml");
+        let message = refused.expect_err("the folder is taken").to_string();
+        assert_eq!(
+            message,
+            "a.toml and other.toml would both write results/a: give one of them another `name`"
+        );
     }
 }
