@@ -92,7 +92,9 @@ impl Environment {
                     to_world: *to_world,
                     rows: *rows,
                 };
-                let is_black = image.pixels.iter().all(|pixel| *pixel == [0.0; 3]);
+                // What is no number or below 0 shines no more than 0 does.
+                let shines = |channel: &f32| channel.is_finite() && *channel > 0.0;
+                let is_black = !image.pixels.iter().flatten().any(shines);
                 let mut environment = Self::from_image(&image, &options)?;
                 environment.unheeded = unheeded;
                 environment.black_file = is_black.then(|| path.clone());

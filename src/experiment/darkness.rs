@@ -314,6 +314,29 @@ mod tests {
         try_map(&map, FLOOR).expect("a bright texel");
     }
 
+    /// What is no number or below 0 becomes 0.
+    #[test]
+    fn maps_without_a_usable_texel_are_found_when_loading() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("map.exr");
+        let environment = format!("environment = {:?}\n", file.display().to_string());
+        let mut map = crate::image::Image::new(4, 2);
+        map.pixels.fill([f32::NAN, -1.0, f32::INFINITY]);
+        let mut try_map = |lonely: [f32; 3]| {
+            map.pixels[3] = lonely;
+            let layer = crate::image::Layer::color("", map.clone());
+            let written = crate::image::write_exr(&file, &[layer], &Default::default());
+            written.expect("writable");
+            tried(FLOOR, "path-tracing", &environment)
+        };
+        let error = try_map([f32::NAN; 3]).expect_err("black");
+        assert!(
+            error.contains("map.exr: every pixel of this map is black"),
+            "{error}"
+        );
+        try_map([0.0, 1.0, f32::NAN]).expect("a bright texel");
+    }
+
     #[test]
     fn lamps_without_an_area_are_found_when_loading() {
         let line = "[[shape]]\nkind = \"obj\"\npath = \"line.obj\"\nemission = [1, 1, 1]\n";
