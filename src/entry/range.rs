@@ -22,10 +22,10 @@ impl Range {
         number.is_finite()
             && match self {
                 Self::Any => true,
-                Self::AtLeast(least) => number >= least,
+                Self::AtLeast(least) => number >= lowered(least),
                 Self::Above(bound) => number > bound,
-                Self::Within(least, most) => (least..=most).contains(&number),
-                Self::AboveUpTo(bound, most) => number > bound && number <= most,
+                Self::Within(least, most) => (lowered(least)..=raised(most)).contains(&number),
+                Self::AboveUpTo(bound, most) => number > bound && number <= raised(most),
             }
     }
 
@@ -40,6 +40,16 @@ impl Range {
     }
 }
 
+/// A lower bound, or what single precision makes of it where that is less: numbers are kept so.
+fn lowered(bound: f64) -> f64 {
+    bound.min(f64::from(bound as f32))
+}
+
+/// An upper bound, likewise.
+fn raised(bound: f64) -> f64 {
+    bound.max(f64::from(bound as f32))
+}
+
 impl std::fmt::Display for Range {
     /// As it follows "a number".
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
@@ -49,6 +59,25 @@ impl std::fmt::Display for Range {
             Self::Above(bound) => write!(f, " above {bound}"),
             Self::Within(least, most) => write!(f, " from {least} to {most}"),
             Self::AboveUpTo(bound, most) => write!(f, " above {bound} and up to {most}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0.01 in single precision is less than 0.01.
+    #[test]
+    fn bounds_are_taken_in_single_precision_too() {
+        let single = |number: f32| Value::Float(f64::from(number));
+        assert!(f64::from(0.01f32) < 0.01 && f64::from(0.1f32) > 0.1);
+        assert!(Range::Within(0.01, 0.1).fits(&single(0.01)));
+        assert!(Range::Within(0.01, 0.1).fits(&single(0.1)));
+        assert!(Range::AtLeast(0.01).fits(&single(0.01)));
+        assert!(Range::AboveUpTo(0.0, 0.1).fits(&single(0.1)));
+        for number in [0.0099, 0.1001, f64::NAN, f64::INFINITY] {
+            assert!(!Range::Within(0.01, 0.1).fits(&Value::Float(number)));
         }
     }
 }

@@ -37,6 +37,11 @@ pub struct Stored {
 impl ReferenceStore {
     /// `results/references` for `results/<name>`.
     pub fn beside(folder: &Path) -> Self {
+        // `.` and `..` tell no parent by their names.
+        let folder = match folder.file_name() {
+            Some(_) => folder.to_owned(),
+            None => folder.canonicalize().unwrap_or(folder.to_owned()),
+        };
         let parent = folder.parent().unwrap_or(Path::new("results"));
         Self {
             folder: parent.join(REFERENCES),
