@@ -35,7 +35,10 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         source: "Veach 1997, power heuristic",
         bias: Bias::Unbiased,
         version: 3,
-        failures: &["light through glass and by mirrors is indirect, hence absent"],
+        failures: &[
+            "light through glass and by mirrors is indirect, hence absent",
+            "behind more than one opacity mask nothing is seen",
+        ],
         parameters: Parameters::PARAMETERS,
     },
     build: |table| {

@@ -159,6 +159,13 @@ impl Global<'_> {
         }
         rendered.bytes_cache = released(sets);
         describe(&mut rendered, set);
+        let texels = map.width() * map.height();
+        if texels < terms.budget {
+            rendered.notes.push(format!(
+                "{} lights stand for whole texels of the map, {texels} in all: a finer map gives better ones",
+                terms.budget
+            ));
+        }
         rendered
     }
 
