@@ -25,7 +25,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "paths of the frame alone, smoothed with the filter of the hash cache",
         source: "Kajiya 1986; filter of Roth et al. 2020, equations 2 to 6",
         bias: Bias::Biased,
-        version: 4,
+        version: 5,
         failures: &[
             "shadows and reflections finer than the kernel are blurred where luminances are alike",
         ],

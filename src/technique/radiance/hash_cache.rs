@@ -34,7 +34,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "diffuse light in the cells of an octree of hash maps, with jitter and layered filtering",
         source: "Roth, Weier, Bauszat, Hinkenjann & Li 2020",
         bias: Bias::Biased,
-        version: 4,
+        version: 5,
         failures: &[
             "light that takes more than sub_path_length bounces is missing",
             "detail below the size of a cell is lost, and light leaks between surfaces that share one",

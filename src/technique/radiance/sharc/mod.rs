@@ -46,7 +46,7 @@ pub const ENTRY: ContenderEntry<Truth> = ContenderEntry {
         summary: "radiance in hashed cells by distance, fed by few paths of each frame, where camera paths end",
         source: "NVIDIA SHaRC 1.6; Binder, Fricke & Keller 2018 for the hashing",
         bias: Bias::Biased,
-        version: 4,
+        version: 5,
         failures: &[
             "detail of indirect light below the size of a cell is lost, and light leaks between surfaces that share one",
             "where things or lights move, cells trail behind by up to `history` frames, and those of what has gone stay for `stale_frames`",
