@@ -381,6 +381,22 @@ fn many_lights_of_any_sampler_converge_to_the_sum_over_texels() {
 }
 
 #[test]
+fn lights_of_a_constant_sky_stand_for_parts_of_it() {
+    let lit = Lit::new(Environment::constant([1.0; 3]), PLAIN);
+    let shot = lit.shot(16);
+    let function = lit.technique.shading_function(&shot);
+    let counter = RayCounter::default();
+    let (exact, _) = reference_pass(function.as_ref(), &shot, 0, &counter);
+    for entry in ENVIRONMENT_SAMPLERS {
+        let id = entry.about.id;
+        let rendered = lit.render(id, "", (64, 1, 1));
+        let off = mean(&rendered.image) / mean(&exact) - 1.0;
+        assert!(off.abs() < 0.1, "{id}: {off}");
+        assert_eq!(rendered.notes, [""; 0], "{id}");
+    }
+}
+
+#[test]
 fn images_do_not_depend_on_the_number_of_threads() {
     let lit = Lit::new(noisy(), "");
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();

@@ -22,7 +22,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "points of a Penrose tiling thresholded against the importance of the map",
         source: "Ostromoukhov et al. 2004 (reconstruction: no table of corrections, sphere and powers ours)",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: &[
             "points ignore the seam and spread unevenly towards the poles",
             "a source smaller than the spacing of points attracts one beside it",

@@ -16,7 +16,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "Voronoi cells relaxed after each light added to the strongest cell",
         source: "Kollig & Keller 2003 (reconstruction: start and insertion are not established)",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: &[
             "a cell that holds a bright source and much else puts its light beside the source",
         ],

@@ -1,5 +1,6 @@
 //! A latitude–longitude radiance map with its orientation and sampling table.
 
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -10,6 +11,9 @@ use super::EnvironmentError;
 use super::repair::{Sanitised, sanitise};
 use super::table::SphereTable;
 use crate::image::{Image, luminance};
+
+/// Into how many texels, of a row and of a column, the one of a constant sky is divided for sets of lights.
+const TEXELS_OF_ONE: [usize; 2] = [256, 128];
 
 /// Where the rows of a map lie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -83,6 +87,24 @@ impl Environment {
             pixels: vec![radiance],
         };
         Self::assemble(&image, &EnvironmentOptions::default(), Mat3::IDENTITY)
+    }
+
+    /// The map that sets of lights are chosen on: itself, and of a single texel one that is divided into many, since no
+    /// light stands for less than one.
+    pub fn for_lights(&self) -> Cow<'_, Self> {
+        let [radiance] = self.pixels[..] else {
+            return Cow::Borrowed(self);
+        };
+        let [width, height] = TEXELS_OF_ONE;
+        let image = Image {
+            width,
+            height,
+            pixels: vec![radiance; width * height],
+        };
+        let options = EnvironmentOptions::default();
+        let mut divided = Self::assemble(&image, &options, self.to_world);
+        divided.sanitised = self.sanitised;
+        Cow::Owned(divided)
     }
 
     /// Turns a latitude–longitude image into an environment.

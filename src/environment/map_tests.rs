@@ -249,6 +249,10 @@ fn constants_are_sampled_uniformly() {
         assert_eq!(e.radiance(d), [2.0, 1.0, 0.5]);
     }
     assert!((e.total_power()[0] - 8.0 * PI).abs() < 1e-9);
+    let divided = e.for_lights();
+    assert_eq!((divided.width(), divided.height()), (256, 128));
+    assert!((divided.total_power()[0] - 8.0 * PI).abs() < 1e-9);
+    assert_eq!(divided.for_lights().width(), 256);
 }
 
 #[test]

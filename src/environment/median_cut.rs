@@ -15,7 +15,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "rectangles of equal energy, halved along their longer side",
         source: "Debevec 2005",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: &[
             "a region that holds a bright source and much else puts its light beside the source",
             "rectangles end at the seam of the map",

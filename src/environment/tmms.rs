@@ -20,7 +20,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "mean-shift strata of the tone-mapped map, split and merged to equal importance",
         source: "Feng et al. 2016 (reconstruction: curve, bandwidths and rules are ours)",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: &[
             "strata that hold a bright source and much else put their light beside the source",
             "a constant map has one mode, so that only splitting divides it",

@@ -16,7 +16,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "rectangles cut where the larger variance of both parts is least",
         source: "Viriyothai & Debevec 2009",
         bias: Bias::Consistent,
-        version: 1,
+        version: 2,
         failures: &[
             "distances are texels, so that variance near the poles counts too much",
             "rectangles end at the seam of the map",

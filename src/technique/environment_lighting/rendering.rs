@@ -108,7 +108,7 @@ struct Global<'a> {
 
 impl Global<'_> {
     fn render(&self, sampler: &dyn LightSampler, terms: &Terms) -> Rendered {
-        let map = self.illumination.environment;
+        let map = self.illumination.environment.for_lights();
         let mut rendered = Rendered::default();
         let cost = rendered.stages.time("upsampling", || {
             indirect_cost(
@@ -119,7 +119,7 @@ impl Global<'_> {
             )
         });
         let (set, versions) = rendered.stages.time("light_generation", || {
-            let set = sampler.lights_within(map, terms.budget, cost, terms.seed);
+            let set = sampler.lights_within(&map, terms.budget, cost, terms.seed);
             let Parameters {
                 interleaved_sets,
                 perturbation,
