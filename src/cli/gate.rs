@@ -154,13 +154,16 @@ fn describe(one: &Judged) -> String {
     let subject = [one.scene.as_str(), &one.at].join(" ");
     let subject = subject.trim_end();
     if one.verdict == Verdict::NoData {
-        let some = match one.repeats {
-            0 => "no seed has".to_owned(),
-            n => format!("only {n} of {} seeds have", one.seeds),
+        let why = match one.repeats {
+            0 => "no seed has a finite value of all that is compared".to_owned(),
+            n if n < one.seeds => format!(
+                "only {n} of {} seeds have a finite value of all that is compared",
+                one.seeds
+            ),
+            _ => "what is compared is no finite number: something is divided by zero, or overflows"
+                .to_owned(),
         };
-        return format!(
-            "{subject}: no data, because {some} a finite value of all that is compared"
-        );
+        return format!("{subject}: no data, because {why}");
     }
     let interval = one.half_width.map_or_else(
         || "one run".to_owned(),

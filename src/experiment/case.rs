@@ -1,6 +1,6 @@
 //! What tells rows apart: the case. Rows of one case differ in their seed alone, which is the repeat.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 
 use serde_json::Value;
@@ -53,6 +53,16 @@ impl Case {
         }
     }
 
+    /// The case that a job's row will have, and those for which it stands as well.
+    pub fn all_of_job(job: &Job) -> impl Iterator<Item = Self> {
+        let own = Self::of_job(job);
+        let at = move |values| Self {
+            swept: Swept::of_values(values),
+            ..own.clone()
+        };
+        std::iter::once(&job.sweep).chain(&job.also_at).map(at)
+    }
+
     /// The case of a row.
     pub fn of_row(row: &Row) -> Self {
         Self {
@@ -89,7 +99,11 @@ impl Swept {
 
     /// What was swept for a job.
     pub fn of_job(job: &Job) -> Self {
-        let values = job.sweep.iter();
+        Self::of_values(&job.sweep)
+    }
+
+    fn of_values(values: &BTreeMap<String, toml::Value>) -> Self {
+        let values = values.iter();
         Self::of(values.map(|(key, value)| (key.clone(), as_in_rows(value))))
     }
 
@@ -107,6 +121,12 @@ impl Swept {
     pub fn text_of(&self, key: &str) -> Option<String> {
         let found = self.values.iter().find(|(k, _)| k == key);
         found.map(|(_, value)| value_text(value))
+    }
+
+    /// The value of a key that is a number.
+    pub fn number_of(&self, key: &str) -> Option<f64> {
+        let found = self.values.iter().find(|(k, _)| k == key);
+        found.and_then(|(_, value)| value.as_f64())
     }
 
     /// Without some of its keys.

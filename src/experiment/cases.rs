@@ -35,7 +35,8 @@ pub struct RowNote {
 impl Cases {
     /// The cases of jobs, whether they have rows or not, and those of rows.
     pub fn new(jobs: &[Job], rows: Vec<Row>) -> Self {
-        let of_jobs = jobs.iter().map(|j| (Case::of_job(j), j.seed, &j.paper));
+        let all_of = |job| Case::all_of_job(job).map(move |case| (case, job.seed, &job.paper));
+        let of_jobs = jobs.iter().flat_map(all_of);
         let of_rows = rows.iter().map(|r| (Case::of_row(r), r.seed, &r.paper));
         let expected: Vec<(Case, u64, &Option<String>)> = of_jobs.chain(of_rows).collect();
         let places = expected
@@ -61,9 +62,16 @@ impl Cases {
         if cases.points.is_empty() {
             cases.points.push(Swept::default());
         }
+        let several = jobs.iter().filter(|job| !job.also_at.is_empty());
+        let cases_of: HashMap<Case, &Job> = several.map(|job| (Case::of_job(job), job)).collect();
         for (index, row) in rows.iter().enumerate().filter(|(_, row)| row.ok()) {
-            let of_case = cases.runs.entry(Case::of_row(row)).or_default();
-            of_case.entry(row.seed).or_default().get_or_insert(index);
+            let own = Case::of_row(row);
+            let others = cases_of.get(&own).into_iter();
+            let others = others.flat_map(|job| Case::all_of_job(job).skip(1));
+            for case in std::iter::once(own.clone()).chain(others) {
+                let of_case = cases.runs.entry(case).or_default();
+                of_case.entry(row.seed).or_default().get_or_insert(index);
+            }
         }
         cases.rows = rows;
         cases

@@ -1,17 +1,10 @@
 //! What a config says about rows, checked before the first ray: claims, gates, tables, figures.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use super::case::{Case, NamedPlace, Swept, as_in_rows, name_places, place_named, value_text};
-use super::claim::EVERY_SCENE;
+use super::Job;
 use super::config::{Config, ConfigError, Source};
-use super::expression::Expression;
-use super::named::Named;
+use super::known_names::Names;
 use super::reported::FigureSpec;
 use super::sequence::{frame_columns, is_frame_column};
-use super::{Job, columns};
-use crate::cache::interpolation::INTERPOLATIONS;
-use crate::registry::TECHNIQUES;
 use crate::suggest::hint;
 
 /// Checks every expression, label and column against the labels and scenes of the planned jobs, which are
@@ -66,6 +59,11 @@ pub fn check(source: &Source, config: &Config, jobs: &[Job]) -> Result<(), Confi
             }
         }
         on_paper(figure).map_err(|(key, message)| at(key, message))?;
+        for pattern in &figure.scenes {
+            names
+                .shown(config, pattern)
+                .map_err(|message| at("scenes", message))?;
+        }
         for label in &figure.methods {
             names
                 .label(label)
@@ -79,7 +77,7 @@ fn y(figure: &FigureSpec) -> impl Iterator<Item = (&'static str, &String)> {
     figure.y.iter().map(|y| ("y", y))
 }
 
-/// Checks the sizes of a figure; else the key that is at fault, and why.
+/// Checks sizes and insets of a figure; else the key that is at fault, and why.
 fn on_paper(figure: &FigureSpec) -> Result<(), (&'static str, String)> {
     let sizes = [
         ("width_mm", figure.width_mm, 10.0..=2000.0),
@@ -91,7 +89,18 @@ fn on_paper(figure: &FigureSpec) -> Result<(), (&'static str, String)> {
             return Err((key, format!("{key} is {low} to {high}, found {size}")));
         }
     }
-    Ok(())
+    let lies_within = |[x, y, width, height]: &[f64; 4]| {
+        let along = |from: f64, length: f64| from >= 0.0 && length > 0.0 && from + length <= 1.0;
+        along(*x, *width) && along(*y, *height)
+    };
+    match figure.insets.iter().find(|inset| !lies_within(inset)) {
+        None => Ok(()),
+        Some(inset) => {
+            let why =
+                "an inset is [x, y, width, height] in fractions of the image and lies within it";
+            Err(("insets", format!("{why}, found {inset:?}")))
+        }
+    }
 }
 
 /// Checks a figure about frames; else the key that is at fault, and why.
@@ -121,168 +130,6 @@ fn about_frames(config: &Config, figure: &FigureSpec) -> Result<(), (&'static st
             Err((key, why))
         }
     }
-}
-
-/// What claims, tables and figures may name.
-struct Names<'a> {
-    labels: Vec<&'a str>,
-    places: Vec<NamedPlace>,
-    /// Keys, and what they are set to in turn: as the config has it, and as overrides do.
-    swept: BTreeMap<String, BTreeSet<String>>,
-}
-
-impl<'a> Names<'a> {
-    fn of(config: &Config, jobs: &'a [Job]) -> Self {
-        let mut labels: Vec<&str> = jobs.iter().map(|job| job.label.as_str()).collect();
-        labels.sort_unstable();
-        labels.dedup();
-        let mut swept: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for (key, values) in &config.sweep {
-            let values = values.iter().map(|value| value_text(&as_in_rows(value)));
-            swept.insert(key.clone(), values.collect());
-        }
-        for (key, value) in jobs.iter().flat_map(|job| Swept::of_job(job).values) {
-            swept.entry(key).or_default().insert(value_text(&value));
-        }
-        let places = jobs.iter().map(|job| (Case::of_job(job).place, None));
-        Self {
-            labels,
-            places: name_places(places),
-            swept,
-        }
-    }
-
-    fn expression(&self, text: &str) -> Result<(), String> {
-        let expression = Expression::parse(text)?;
-        for (column, label) in expression.names() {
-            self.column(column)?;
-            let named = Named::parse(label)?;
-            self.label(named.label)?;
-            named.scene.map_or(Ok(()), |scene| self.scene(scene))?;
-            for (key, value) in named.at {
-                self.swept_value(key, value)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn scene(&self, scene: &str) -> Result<(), String> {
-        if scene == EVERY_SCENE || place_named(&self.places, scene).is_some() {
-            return Ok(());
-        }
-        let list = |of: &dyn Fn(&&NamedPlace) -> bool| {
-            let names: Vec<&str> = self
-                .places
-                .iter()
-                .filter(of)
-                .map(|p| p.name.as_str())
-                .collect();
-            names.join(", ")
-        };
-        match list(&|p| p.place.scene == scene) {
-            views if views.is_empty() => Err(format!(
-                "no scene is called `{scene}`{}; there are: {}",
-                hint(scene, &self.scenes()),
-                list(&|_| true)
-            )),
-            views => Err(format!(
-                "`{scene}` is seen from several views; say which: {views}"
-            )),
-        }
-    }
-
-    /// Checks a scene that a claim or gate is about: any name that it has will do, the paper's too, and that of a scene
-    /// which another may stand in for.
-    fn scene_of(&self, config: &Config, scene: &str) -> Result<(), String> {
-        let written = config.scene.iter().flat_map(|choice| {
-            let replaced = choice.otherwise.as_ref().map(|_| choice.name.as_str());
-            choice.paper.as_deref().into_iter().chain(replaced)
-        });
-        let mut known = self.scenes();
-        known.extend(self.places.iter().map(|p| p.place.scene.as_str()));
-        known.extend(written);
-        if known.contains(&scene) {
-            return Ok(());
-        }
-        let mut seen = BTreeSet::new();
-        known.retain(|name| seen.insert(*name));
-        Err(format!(
-            "no scene is called `{scene}`{} There are: {}",
-            match hint(scene, &known) {
-                none if none.is_empty() => ".".to_owned(),
-                hint => hint,
-            },
-            known.join(", ")
-        ))
-    }
-
-    fn scenes(&self) -> Vec<&str> {
-        self.places.iter().map(|p| p.name.as_str()).collect()
-    }
-
-    fn label(&self, label: &str) -> Result<(), String> {
-        if self.labels.contains(&label) {
-            return Ok(());
-        }
-        Err(format!(
-            "no method is called `{label}`{}; there are: {}",
-            hint(label, &self.labels),
-            self.labels.join(", ")
-        ))
-    }
-
-    /// Checks a value that a claim or gate names behind `;`.
-    fn swept_value(&self, key: &str, value: &str) -> Result<(), String> {
-        let Some(values) = self.swept.get(key) else {
-            let known: Vec<&str> = self.swept.keys().map(String::as_str).collect();
-            return Err(format!(
-                "`{key}` is not swept{}; there are: {}",
-                hint(key, &known),
-                known.join(", ")
-            ));
-        };
-        if values.contains(value) {
-            return Ok(());
-        }
-        let values: Vec<&str> = values.iter().map(String::as_str).collect();
-        Err(format!(
-            "`{key}` is never {value} in the sweep, but {}",
-            values.join(", ")
-        ))
-    }
-
-    fn column(&self, column: &str) -> Result<(), String> {
-        if columns::is_declared(column)
-            || self.swept.contains_key(column)
-            || parameters().any(|key| key == column)
-        {
-            return Ok(());
-        }
-        let mut known: Vec<&str> = columns::declared().chain(parameters()).collect();
-        known.extend(self.swept.keys().map(String::as_str));
-        let hint = match hint(column, &known) {
-            none if none.is_empty() => ".".to_owned(),
-            hint => hint,
-        };
-        let listed: Vec<&str> = columns::declared().collect();
-        Err(format!(
-            "no column is called `{column}`{hint} There are: {}, seconds_<stage>, cpu_seconds_<stage>, \
-             serial_share_<stage>, the methods' parameters and swept keys",
-            listed.join(", ")
-        ))
-    }
-}
-
-/// Parameters that any contender declares: rows carry those that are set.
-fn parameters() -> impl Iterator<Item = &'static str> {
-    let listed = TECHNIQUES
-        .iter()
-        .flat_map(|technique| (technique.contenders)());
-    let parts = listed.flat_map(|listed| listed.parts);
-    let interpolations = INTERPOLATIONS.iter().map(|e| &e.about);
-    parts
-        .chain(interpolations)
-        .flat_map(|about| about.parameters.iter().map(|p| p.key))
 }
 
 #[cfg(test)]

@@ -212,6 +212,20 @@ impl SceneChoice {
             .flatten()
             .collect()
     }
+
+    /// Whether it has a value of its own for a key that experiments have too.
+    pub(super) fn sets(&self, key: &str) -> bool {
+        match key {
+            "caches" => self.caches.is_some(),
+            "lights" => self.lights.is_some(),
+            "samples" => self.samples.is_some(),
+            "seconds" => self.seconds.is_some(),
+            "rays_per_pixel" => self.rays_per_pixel.is_some(),
+            "environment" => self.environment.is_some(),
+            "size" => self.size.is_some(),
+            _ => false,
+        }
+    }
 }
 
 /// A similarity applied to a whole scene.

@@ -17,6 +17,7 @@ mod expression;
 mod foresee;
 mod identity;
 mod image;
+mod known_names;
 mod light_files;
 mod limits;
 mod loaded;
@@ -50,7 +51,7 @@ pub use budget::Budget;
 pub use case::{Case, NamedPlace, Place, Swept};
 pub use cases::{Cases, RowNote};
 pub use claim::{EVERY_SCENE, Judged, Verdict, judge, overall};
-pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit};
+pub use columns::{COLUMNS, Cells, Column, ColumnEntry, FOUND, Unit, is_declared};
 pub use config::{
     Config, ConfigError, OneOrMore, SceneChoice, SceneTransform, Source, line_column,
 };

@@ -2,9 +2,12 @@
 
 use toml::{Table, Value};
 
-use super::ConfigError;
 use super::limits::is_finite;
+use super::{ConfigError, SceneChoice};
 use crate::suggest::hint;
+
+/// Its values are ranges of frames themselves.
+const FRAMES: &str = "sequence.frames";
 
 /// An override with one or more values; more than one makes a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +32,7 @@ impl std::fmt::Display for Override {
 
 impl Override {
     /// Parses `key=value`. Numbers, booleans and TOML arrays in brackets are read as such, anything
-    /// else is text; `1..4` is 1, 2, 3, 4 and `10..40..10` is 10, 20, 30, 40.
+    /// else is text; `1..4` is 1, 2, 3, 4 and `10..40..10` is 10, 20, 30, 40, but of `sequence.frames` a range is one value.
     pub fn parse(text: &str) -> Result<Self, ConfigError> {
         let bad = |message: &str| ConfigError::Override {
             text: text.to_owned(),
@@ -42,7 +45,8 @@ impl Override {
         if key.is_empty() || value.is_empty() {
             return Err(bad("key and value must not be empty"));
         }
-        let values = match range(value) {
+        let swept = if key == FRAMES { None } else { range(value) };
+        let values = match swept {
             Some(Ok(values)) => values,
             Some(Err(message)) => return Err(bad(&message)),
             None if value.starts_with('[') => vec![scalar(value)],
@@ -56,6 +60,38 @@ impl Override {
             values,
         })
     }
+}
+
+/// Scenes that set a key of the experiment themselves are not reached by an override of it, which is told.
+///
+/// # Errors
+/// An override that reaches no scene.
+pub(super) fn tell_reach(
+    overrides: &[Override],
+    scenes: &[SceneChoice],
+    notes: &mut Vec<String>,
+) -> Result<(), ConfigError> {
+    for written in overrides {
+        let key = &written.key;
+        let own = scenes.iter().filter(|scene| scene.sets(key));
+        let own: Vec<&str> = own.map(|scene| scene.name.as_str()).collect();
+        if own.is_empty() {
+            continue;
+        }
+        if own.len() == scenes.len() {
+            return Err(ConfigError::Override {
+                text: written.to_string(),
+                message: format!(
+                    "every scene of the config has `{key}` of its own: write scene.*.{key}=…, or scene.NAME.{key}=… for one"
+                ),
+            });
+        }
+        notes.push(format!(
+            "`{written}` does not reach scenes that have `{key}` of their own: {} (scene.NAME.{key}=… does)",
+            own.join(", ")
+        ));
+    }
+    Ok(())
 }
 
 /// Keys and values of the overrides that sweep nothing.
@@ -177,6 +213,10 @@ mod tests {
         assert_eq!(values("caches=10..30..10").len(), 3);
         assert_eq!(values("scale=1/4"), [Value::String("1/4".into())]);
         assert_eq!(values("size=[4,2]").len(), 1);
+        assert_eq!(
+            values("sequence.frames=0..8"),
+            values("sequence.frames=\"0..8\"")
+        );
         assert!(Override::parse("caches").is_err());
         assert!(Override::parse("caches=5..1").is_err());
     }

@@ -123,6 +123,9 @@ pub struct Job {
     pub spp: u32,
     /// Swept keys and their values in this job.
     pub sweep: BTreeMap<String, Value>,
+    /// Other values of swept keys that its method does not have: it is the job of these as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub also_at: Vec<BTreeMap<String, Value>>,
     /// Key of the reference image; of a sequence one that stands for all of its references.
     pub reference: String,
     /// Keys of all of its references, frame by frame; not written with a plan.
@@ -224,6 +227,7 @@ pub fn plan(source: &Source, overrides: &[Override]) -> Result<(Config, Plan), C
         selected_of: None,
         all: Vec::new(),
     };
+    overrides::tell_reach(overrides, &base.scene, &mut plan.notes)?;
     let mut cases = HashMap::new();
     for combination in sweep.combinations() {
         let mut settings = single.clone();
@@ -446,6 +450,7 @@ impl Planner<'_> {
                     height,
                     spp: config.spp,
                     sweep: self.sweep.clone(),
+                    also_at: Vec::new(),
                     reference: String::new(),
                     references: Arc::default(),
                     allow_non_finite: config.allow_non_finite,

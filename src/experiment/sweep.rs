@@ -65,7 +65,8 @@ impl<'a> Sweep<'a> {
             })
     }
 
-    /// Leaves each job once: a swept key that a method does not have gives the same job again.
+    /// Leaves each job once: a swept key that a method does not have gives the same job again, which then stands for all
+    /// of the key's values.
     ///
     /// # Errors
     /// A value that gives no job of its own for any method; seeds that are there twice.
@@ -88,6 +89,10 @@ impl<'a> Sweep<'a> {
             .collect();
         for (first, second) in &again {
             self.check_value(&jobs[*first], &jobs[*second], &own)?;
+        }
+        for (first, second) in again {
+            let other = jobs[second].sweep.clone();
+            jobs[first].also_at.push(other);
         }
         let kept: HashSet<usize> = firsts.into_values().collect();
         let mut index = 0..;

@@ -15,8 +15,7 @@ use super::plot::{Plot, axis_name};
 use super::sheet::{Sheet, Stroke};
 use super::table_kinds::MOST_SCENES;
 use super::{chart, lacking, number};
-use crate::experiment::Column;
-use crate::experiment::FigureSpec;
+use crate::experiment::{Column, FigureSpec, is_declared};
 
 /// Size of the inner part of a panel, about.
 const PANEL: (f32, f32) = (600.0, 300.0);
@@ -151,8 +150,10 @@ fn points(data: &Data, scene: &SceneOf, label: &str, [x, y]: [&str; 2]) -> Vec<P
                 point,
             };
             let y = data.estimate(case, y)?;
+            // A method that lacks a swept key has one row for all of its values, whose own is the first of them.
+            let swept = point.number_of(x).filter(|_| !is_declared(x));
             Some(Point {
-                x: data.estimate(case, x)?.mean,
+                x: swept.or_else(|| Some(data.estimate(case, x)?.mean))?,
                 y: y.mean,
                 half: y.half_width.unwrap_or(0.0),
             })

@@ -118,10 +118,8 @@ impl Data {
 
     /// The frames and viewers of the jobs at a scene and a swept value.
     pub fn sequence(&self, scene: &SceneOf, point: &Swept) -> Option<&Sequence> {
-        let here = |job: &&Job| {
-            let case = Case::of_job(job);
-            case.place == scene.place && case.swept == *point
-        };
+        let is_asked = |case: Case| case.place == scene.place && case.swept == *point;
+        let here = |job: &&Job| Case::all_of_job(job).any(is_asked);
         Some(&self.plan.jobs.iter().find(here)?.sequence)
     }
 

@@ -73,11 +73,7 @@ impl Data {
             return !self.swept();
         }
         published.at.iter().all(|(key, wanted)| {
-            let found = point
-                .values
-                .iter()
-                .find(|(k, _)| k == key)
-                .and_then(|(_, v)| v.as_f64());
+            let found = point.number_of(key);
             found.is_some_and(|v| (v - wanted).abs() <= 1e-9 * wanted.abs())
         })
     }

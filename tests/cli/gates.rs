@@ -36,6 +36,42 @@ fn a_plan_half_of_whose_jobs_have_no_row_is_no_pass() {
 }
 
 #[test]
+fn a_method_that_lacks_a_swept_key_has_data_at_all_of_its_values() {
+    let place = Place::new();
+    let swept = format!("{TINY}[sweep]\n\"method.VGC+DGS.angle_deg\" = [15, 25]\n");
+    place.write("tiny.toml", &swept);
+    let ran = place.lightbench(&["run", "tiny.toml", "--out", "out"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert_eq!(place.rows("out").len(), 6);
+    let table = fs::read_to_string(place.path().join("out/tables/errors.csv")).expect("written");
+    for at in ["15", "25"] {
+        let at = format!("method.VGC+DGS.angle_deg={at}");
+        let of_im = table.lines().filter(|line| line.contains(&at));
+        let of_im: Vec<&str> = of_im.filter(|line| line.contains(",IM,rmse,")).collect();
+        assert_eq!(of_im.len(), 1, "{at}: {table}");
+    }
+    let gate = swept.replace("rmse(VGC+DGS) < 0.5", "rmse(VGC+DGS) < 5 * rmse(IM)");
+    place.write("tiny.toml", &gate);
+    let run = place.lightbench(&["run", "tiny.toml", "--out", "out"]);
+    assert_eq!(run.code, 0, "{}", run.err);
+    let gate = place.lightbench(&["gate", "out"]);
+    assert_eq!(gate.code, 0, "{}{}", gate.out, gate.err);
+    // What is divided by zero is told as that.
+    let nothing = swept.replace(
+        "rmse(VGC+DGS) < 0.5",
+        "rmse(IM) / (rmse(IM) - rmse(IM)) < 5",
+    );
+    place.write("tiny.toml", &nothing);
+    assert_eq!(
+        place.lightbench(&["run", "tiny.toml", "--out", "out"]).code,
+        0
+    );
+    let gate = place.lightbench(&["gate", "out"]);
+    assert_eq!(gate.code, 12, "{}{}", gate.out, gate.err);
+    assert!(gate.out.contains("no finite number"), "{}", gate.out);
+}
+
+#[test]
 fn a_gate_on_a_selection_says_so() {
     let place = Place::new();
     let two = TINY.replace(

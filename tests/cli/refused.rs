@@ -37,6 +37,18 @@ fn wrong_configs_are_refused_with_their_place_and_nothing_is_written() {
         ),
         (&TINY.replace("rmse(IM)", "rmse(IM"), "expected `)`"),
         (
+            &format!(
+                "{TINY}[[figure]]\nname = \"f\"\nkind = \"side-by-side\"\nscenes = [\"hard-case\"]\n"
+            ),
+            "no scene is called `hard-case`",
+        ),
+        (
+            &format!(
+                "{TINY}[[figure]]\nname = \"f\"\nkind = \"side-by-side\"\ninsets = [[0.8, 0, 0.3, 0.1]]\n"
+            ),
+            "lies within it, found [0.8, 0.0, 0.3, 0.1]",
+        ),
+        (
             &TINY.replace("< rmse(IM)", "< rmse(XX)"),
             "no method is called `XX`",
         ),
@@ -131,7 +143,43 @@ fn wrong_budgets_are_refused_with_their_key_and_what_is_expected() {
 fn wrong_overrides_and_selections_are_refused() {
     let place = Place::new();
     place.write("tiny.toml", TINY);
+    let sized = TINY.replace("view = \"poles\"", "view = \"poles\"\nsize = [48, 27]");
+    place.write("sized.toml", &sized);
+    let set = ["--set", "side=8", "--set", "side=9"];
+    let twice = ["render", "hard-cases", "--out", "x.exr"]
+        .into_iter()
+        .chain(set);
     for (arguments, code, expected) in [
+        (twice.collect(), 2, "--set side=9: `side` is set twice"),
+        (
+            vec!["run", "sized.toml", "size=[24, 14]"],
+            2,
+            "every scene of the config has `size` of its own: write scene.*.size=…",
+        ),
+        (
+            vec!["run", "tiny.toml", "--method", "["],
+            2,
+            "--method [: no pattern of names",
+        ),
+        (
+            vec![
+                "lights",
+                "studio",
+                "--method",
+                "median-cut",
+                "--budget",
+                "4",
+                "--out",
+                "x.exr",
+            ],
+            2,
+            "--out x.exr: expected a .png file",
+        ),
+        (
+            vec!["compare", "a.exr", "b.exr", "--out", "tiny.toml"],
+            2,
+            "--out tiny.toml: expected a folder",
+        ),
         (vec!["run", "tiny.toml", "caches=many"], 2, "caches"),
         (
             vec!["run", "tiny.toml", "method.XX.a=1"],

@@ -100,6 +100,7 @@ impl Folder {
             height: 180,
             spp: 4,
             sweep,
+            also_at: Vec::new(),
             reference: "0123456789abcdef".into(),
             references: Default::default(),
             allow_non_finite: false,
