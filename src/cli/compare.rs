@@ -9,6 +9,17 @@ use crate::standard_error::tell;
 
 /// Prints the metrics and, with `--out`, writes the maps.
 pub fn run(args: &CompareArgs) -> Result<u8, Failure> {
+    if let Some(out) = args
+        .out
+        .as_ref()
+        .filter(|out| out.exists() && !out.is_dir())
+    {
+        let message = format!(
+            "--out {}: expected a folder for the maps, and this is a file",
+            out.display()
+        );
+        return Err(Failure::usage(message));
+    }
     let mut options = CompareOptions {
         exposure: args.exposure,
         maps: args.out.is_some(),

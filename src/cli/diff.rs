@@ -136,6 +136,11 @@ impl Compared {
             .iter()
             .filter_map(|(a, b)| Some((a.finished()?, b.finished()?)))
             .collect();
+        if let Some(sizes) = different_sizes(&rows) {
+            compared.lines.push(format!("no data: {sizes}"));
+            compared.is_changed = true;
+            return compared;
+        }
         for change in COLUMNS.iter().filter_map(|column| change(column, &rows)) {
             compared.is_changed |= !change.is_noise;
             compared.lines.push(change.line);
@@ -149,6 +154,18 @@ impl Compared {
         }
         compared
     }
+}
+
+/// Says it where images of a pair have different sizes, so that neither their errors nor their costs are of the same.
+fn different_sizes(pairs: &[(&Row, &Row)]) -> Option<String> {
+    let size = |row: &Row| (row.width, row.height, row.spp);
+    let (a, b) = pairs.iter().find(|(a, b)| size(a) != size(b))?;
+    let told = |row: &Row| format!("{} × {} × {} samples", row.width, row.height, row.spp);
+    Some(format!(
+        "images of {} before and of {} after",
+        told(a),
+        told(b)
+    ))
 }
 
 /// Which jobs of a case failed or have no result; empty if all finished.
@@ -286,6 +303,19 @@ mod tests {
         unfinished[0].row = None;
         let missing = compared(&whole(), &unfinished);
         assert_eq!(missing.lines, ["no data: 1 of 3 seeds missing after"]);
+    }
+
+    #[test]
+    fn images_of_different_sizes_are_not_compared() {
+        let before = [job("top", 1, Ok(0.1))];
+        let mut after = [job("top", 1, Ok(0.2))];
+        after[0].row.as_mut().expect("a row").width = 24;
+        let compared = compared(&before, &after);
+        assert_eq!(
+            compared.lines,
+            ["no data: images of 0 × 0 × 0 samples before and of 24 × 0 × 0 samples after"]
+        );
+        assert!(compared.is_changed);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! `lights`: what a sampler makes of an environment map.
 
+use std::path::PathBuf;
+
 use serde_json::json;
 use toml::Table;
 
@@ -22,6 +24,15 @@ pub fn run(args: &LightsArgs) -> Result<u8, Failure> {
     set_threads(args.threads)?;
     if args.budget == 0 {
         return Err(Failure::usage("--budget 0: expected 1 light at least"));
+    }
+    let extension = |out: &PathBuf| out.extension().and_then(|e| e.to_str()).map(str::to_owned);
+    if let Some(out) = args
+        .out
+        .as_ref()
+        .filter(|out| extension(out).as_deref() != Some("png"))
+    {
+        let message = format!("--out {}: expected a .png file", out.display());
+        return Err(Failure::usage(message));
     }
     let sampler = sampler(args)?;
     let description = find_environment(&args.map)?;
@@ -88,6 +99,10 @@ fn sampler(args: &LightsArgs) -> Result<EnvironmentSampler, Failure> {
                 "--set {text}: one value is expected here"
             )));
         };
+        if parameters.contains_key(&key) {
+            let message = format!("--set {text}: `{key}` is set twice; leave one of the two out");
+            return Err(Failure::usage(message));
+        }
         parameters.insert(key, value.clone());
     }
     Ok((entry.build)(&parameters)?)

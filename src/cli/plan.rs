@@ -153,11 +153,17 @@ struct Filter {
 
 impl Filter {
     fn new(selection: &Selection) -> Result<Self, Failure> {
-        let glob = |pattern: &Option<String>| pattern.as_deref().map(Pattern::new).transpose();
+        let glob = |flag: &str, pattern: &Option<String>| {
+            let parsed = pattern.as_deref().map(Pattern::new).transpose();
+            parsed.map_err(|error| {
+                let pattern = pattern.as_deref().unwrap_or_default();
+                Failure::usage(format!("{flag} {pattern}: no pattern of names: {error}"))
+            })
+        };
         let shard = selection.shard.as_deref().map(Shard::parse).transpose()?;
         Ok(Self {
-            scene: glob(&selection.scene)?,
-            method: glob(&selection.method)?,
+            scene: glob("--scene", &selection.scene)?,
+            method: glob("--method", &selection.method)?,
             shard: shard.unwrap_or(Shard::WHOLE),
         })
     }

@@ -1,5 +1,7 @@
 //! `render`: one image; and the single contender that `caches` shares.
 
+use std::collections::HashSet;
+
 use toml::{Table, Value};
 
 use super::args::{ContenderArgs, RenderArgs};
@@ -180,6 +182,7 @@ impl Settings {
             let seed = Value::Integer(args.seed as i64);
             settings.technique.insert("seed".into(), seed);
         }
+        let mut given = HashSet::new();
         for text in &args.settings {
             let Override { key, values } = Override::parse(text)?;
             let [value] = values.as_slice() else {
@@ -191,6 +194,11 @@ impl Settings {
                 key if takes(key) => &mut settings.technique,
                 _ => &mut settings.method,
             };
+            if !given.insert(key.clone()) {
+                let message =
+                    format!("--set {text}: `{key}` is set twice; leave one of the two out");
+                return Err(Failure::usage(message));
+            }
             of.insert(key, value.clone());
         }
         Ok(settings)

@@ -107,7 +107,7 @@ pub fn run(args: &ReplayArgs) -> Result<u8, Failure> {
         job.label,
         job.seed
     );
-    let lines = contender.replay(&shot, pixel).map_err(Failure::job)?;
+    let lines = contender.replay(&shot, pixel).map_err(Failure::usage)?;
     lines.iter().for_each(|line| say!("{line}"));
     let counter = RayCounter::default();
     let caster = shot.tracer.caster(&counter);

@@ -1,5 +1,6 @@
 //! A suite: several experiments run as one, under shared settings.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -49,6 +50,15 @@ impl Suite {
         }
         let suite: Self = source.parse()?;
         check_folder_name(&suite.name).map_err(|message| source.error(&["name"], message))?;
+        if suite.include.is_empty() {
+            let message = "expected at least one [[include]] with a `config`".into();
+            return Err(source.error(&["include"], message));
+        }
+        check_overrides(&suite.set).map_err(|message| source.error(&["set"], message))?;
+        for (index, member) in suite.include.iter().enumerate() {
+            let at = |message| source.error(&["include", &index.to_string(), "set"], message);
+            check_overrides(&member.set).map_err(at)?;
+        }
         Ok(Some(suite))
     }
 
@@ -73,6 +83,18 @@ impl Suite {
         };
         self.include.iter().map(expand).collect()
     }
+}
+
+/// Refuses overrides that cannot be read, and a second one of a key in one list, of which only the last would count.
+fn check_overrides(list: &[String]) -> Result<(), String> {
+    let mut keys = HashSet::new();
+    for text in list {
+        let Override { key, .. } = Override::parse(text).map_err(|error| error.to_string())?;
+        if !keys.insert(key.clone()) {
+            return Err(format!("`{key}` is set twice: leave one of the two out"));
+        }
+    }
+    Ok(())
 }
 
 fn last_of_each_key(overrides: Vec<Override>) -> Vec<Override> {
@@ -119,5 +141,22 @@ mod tests {
         let wrong = source("name = 'x'\nincludes = 1\n[[include]]\nconfig = 'a.toml'\n");
         let error = Suite::of(&wrong).expect_err("unknown key").to_string();
         assert!(error.contains("all.toml:2:1"), "{error}");
+        for (text, expected) in [
+            (
+                "name = 'x'\ninclude = []\n",
+                "all.toml:2:1: expected at least one",
+            ),
+            (
+                "name = 'x'\nset = ['spp=1', 'spp=2']\n[[include]]\nconfig = 'a.toml'\n",
+                "`spp` is set twice",
+            ),
+            (
+                "name = 'x'\n[[include]]\nconfig = 'a.toml'\nset = ['spp']\n",
+                "expected key=value",
+            ),
+        ] {
+            let error = Suite::of(&source(text)).expect_err(text).to_string();
+            assert!(error.contains(expected), "{error}");
+        }
     }
 }
