@@ -390,6 +390,9 @@ fn lights_of_a_constant_sky_stand_for_parts_of_it() {
     for entry in ENVIRONMENT_SAMPLERS {
         let id = entry.about.id;
         let rendered = lit.render(id, "", (64, 1, 1));
+        if rendered.lights.is_none() {
+            continue; // It chooses directions at each point, of any map alike.
+        }
         let off = mean(&rendered.image) / mean(&exact) - 1.0;
         assert!(off.abs() < 0.1, "{id}: {off}");
         assert_eq!(rendered.notes, [""; 0], "{id}");
