@@ -145,7 +145,9 @@ fn material(material: &Material) -> Value {
         normals,
         soft_terminators,
     } = material;
-    let mut parts = vec![json!(bsdf), json!(two_sided), json!(opacity), json!(bump)];
+    // Rays pass masks without an edge, and shadow rays pass them: results of the time before that are others.
+    let passed = opacity.map_or(Value::Null, |opacity| json!(["passed", opacity]));
+    let mut parts = vec![json!(bsdf), json!(two_sided), passed, json!(bump)];
     parts.extend(normals.map(|normals| json!(normals)));
     parts.extend(back.map(|back| json!(["back", back])));
     parts.extend(blend.map(|blend| json!(["blend", blend])));

@@ -5,6 +5,7 @@
 pub mod bsdf;
 mod film;
 mod light;
+mod masks;
 mod path;
 mod surface;
 mod vpl;

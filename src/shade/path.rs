@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::light::Lights;
 use super::surface::{Interaction, Surfaces};
+use super::walk::{Leg, Met};
 use crate::sample::Rng;
 use crate::scene::Scene;
 use crate::trace::{Caster, Hit, Ray, Tracer};
@@ -18,8 +19,10 @@ pub struct PathTracer<'a> {
     tracer: &'a Tracer,
 }
 
-/// Which paths are counted, by their edges after the point that the first ray starts from, as
-/// Mitsuba counts them: 1 is emission that the ray sees, 2 light scattered once.
+/// Which paths are counted, by their edges after the point that the first ray starts from: 1 is emission that the ray
+/// sees, 2 light scattered once.
+///
+/// *differs:* opacity masks are passed without an edge; Mitsuba counts one for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Depths {
     /// Shorter paths do not count: 2 leaves out emission at the end of the first ray.
@@ -79,8 +82,8 @@ impl<'a> PathTracer<'a> {
         self.tracer
     }
 
-    /// One estimate of the radiance that arrives along `ray`, against its direction. Passing an opacity mask or a pane of glass counts. The result is not finite only where a
-    /// light or material is; sums must leave it out.
+    /// One estimate of the radiance that arrives along `ray`, against its direction. Passing a pane of glass counts as an edge,
+    /// passing an opacity mask does not. The result is not finite only where a light or material is; sums must leave it out.
     pub fn radiance(&self, caster: &Caster, ray: Ray, rng: &mut Rng, depths: Depths) -> [f32; 3] {
         let hit = caster.closest(&ray);
         self.follow(caster, ray, hit, rng, depths).into()
@@ -117,21 +120,30 @@ impl<'a> PathTracer<'a> {
         };
         let mut hides_sky = depths.hides_sky;
         for depth in 1..=depths.last {
-            let Some(met) = hit else {
-                if depth >= depths.first && !hides_sky {
-                    sum += carried.throughput * self.seen_environment(ray.direction, &carried);
-                }
-                break;
+            let leg = Leg {
+                ray,
+                pdf_sr: carried.pdf_sr,
+                delta: carried.delta,
             };
-            let at = self.surfaces.interact(&met, ray.direction);
+            let vertex = match self.meet_from(caster, leg, hit, rng) {
+                Met::Sky { passed, sky } => {
+                    if depth >= depths.first {
+                        let sky = if hides_sky { Vec3::ZERO } else { sky };
+                        sum += carried.throughput * (passed + sky);
+                    }
+                    break;
+                }
+                Met::Surface(vertex) => vertex,
+            };
+            let at = &vertex.at;
             if depth >= depths.first {
-                sum += carried.throughput * self.seen_emission(&at, met.t, &carried);
+                sum += carried.throughput * vertex.emission;
             }
             if depth == depths.last {
                 break;
             }
             if !at.bsdf.is_delta() && depth + 1 >= depths.first {
-                sum += carried.throughput * self.sampled_light(caster, &at, rng);
+                sum += carried.throughput * self.sampled_light(caster, at, rng);
             }
             let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
             let Some(sample) = at.sample(u) else { break };
@@ -144,7 +156,7 @@ impl<'a> PathTracer<'a> {
             if carried.throughput == Vec3::ZERO || !survives(&mut carried, depth, depths, rng) {
                 break;
             }
-            ray = self.lights.spawn(&at, sample.direction);
+            ray = self.lights.spawn(at, sample.direction);
             hit = caster.closest(&ray);
         }
         sum
@@ -159,38 +171,14 @@ impl<'a> PathTracer<'a> {
         }
         let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
         if let Some(sample) = at.sample(u) {
-            let carried = Carried {
-                throughput: sample.weight,
+            let leg = Leg {
+                ray: self.lights.spawn(at, sample.direction),
                 pdf_sr: sample.pdf_sr,
                 delta: sample.delta,
             };
-            let ray = self.lights.spawn(at, sample.direction);
-            let seen = match caster.closest(&ray) {
-                None => self.seen_environment(sample.direction, &carried),
-                Some(hit) => {
-                    let light = self.surfaces.interact(&hit, sample.direction);
-                    self.seen_emission(&light, hit.t, &carried)
-                }
-            };
-            sum += sample.weight * seen;
+            sum += sample.weight * self.meet(caster, leg, rng).emission();
         }
         sum
-    }
-
-    fn seen_environment(&self, direction: Vec3, carried: &Carried) -> Vec3 {
-        let radiance = self.lights.environment(direction);
-        if carried.delta || radiance == Vec3::ZERO {
-            return radiance;
-        }
-        radiance * power_heuristic(carried.pdf_sr, self.lights.pdf_environment(direction))
-    }
-
-    fn seen_emission(&self, at: &Interaction, distance: f32, carried: &Carried) -> Vec3 {
-        let radiance = self.lights.emitted(at);
-        if carried.delta || radiance == Vec3::ZERO {
-            return radiance;
-        }
-        radiance * power_heuristic(carried.pdf_sr, self.lights.pdf_emitted(at, distance))
     }
 
     /// Light of one sampled source that the surface sends to its viewer.
@@ -199,7 +187,7 @@ impl<'a> PathTracer<'a> {
             return Vec3::ZERO;
         };
         let scattered = at.evaluate(light.direction) * light.radiance;
-        if scattered == Vec3::ZERO || caster.occluded(&light.shadow_ray) {
+        if scattered == Vec3::ZERO || self.occluded(caster, &light.shadow_ray) {
             return Vec3::ZERO;
         }
         let weight = if light.delta {

@@ -7,13 +7,11 @@
 use glam::Vec3;
 
 use super::PathTracer;
+use super::masks::MOST_MASKS;
 use super::path::power_heuristic;
 use super::surface::Interaction;
 use crate::sample::Rng;
 use crate::trace::{Caster, Hit, Ray};
-
-/// Most opacity masks that a leg passes; what lies behind more of them is not met.
-const MOST_MASKS: u32 = 64;
 
 /// A ray of a path, and how its direction was chosen.
 #[derive(Clone, Copy, Debug)]
@@ -39,16 +37,33 @@ impl Leg {
 
 /// What a leg ends at.
 pub enum Met<'a> {
-    /// The environment's radiance, and that of masks before it, weighted against light sampling.
-    Sky(Vec3),
+    /// No surface that stops it.
+    Sky {
+        /// Radiance of masks on the way, weighted against light sampling.
+        passed: Vec3,
+        /// The environment's radiance, weighted against light sampling; 0 behind too many masks.
+        sky: Vec3,
+    },
     /// The first surface that is not masked out.
     Surface(Vertex<'a>),
+}
+
+impl Met<'_> {
+    /// All emission that the leg gets, weighted against light sampling.
+    pub fn emission(&self) -> Vec3 {
+        match self {
+            Self::Sky { passed, sky } => passed + sky,
+            Self::Surface(vertex) => vertex.emission,
+        }
+    }
 }
 
 /// A vertex of a path; passing opacity masks is behind it, so its surface is opaque.
 pub struct Vertex<'a> {
     /// The surface point, seen from the leg.
     pub at: Interaction<'a>,
+    /// Where that is, its distance that from the start of the leg.
+    pub hit: Hit,
     /// Length of the leg, scene units.
     pub distance: f32,
     /// Radiance emitted back along the leg, by masks that it passed too, weighted against light sampling.
@@ -104,7 +119,10 @@ impl PathTracer<'_> {
         let mut passed = Vec3::ZERO;
         for _ in 0..MOST_MASKS {
             let Some(met) = hit else {
-                return Met::Sky(passed + self.sky(&leg));
+                return Met::Sky {
+                    passed,
+                    sky: self.sky(&leg),
+                };
             };
             let mut at = self.surfaces().interact(&met, leg.ray.direction);
             distance += met.t;
@@ -114,17 +132,19 @@ impl PathTracer<'_> {
                 at.bsdf.opacity = 1.0;
                 return Met::Surface(Vertex {
                     at,
+                    hit: Hit { t: distance, ..met },
                     distance,
                     emission,
                 });
             }
             passed = emission;
-            // A shadow ray would have been stopped by the mask: only this way shows what is behind.
-            leg.delta = true;
             leg.ray = self.lights().spawn(&at, leg.ray.direction);
             hit = caster.closest(&leg.ray);
         }
-        Met::Sky(passed)
+        Met::Sky {
+            passed,
+            sky: Vec3::ZERO,
+        }
     }
 
     /// The radiance that arrives against a leg by paths of up to `depth` edges, and the leg's length where it ends at
@@ -140,8 +160,8 @@ impl PathTracer<'_> {
         let mut length = None;
         for edge in 1..=depth {
             let vertex = match self.meet(caster, leg, rng) {
-                Met::Sky(radiance) => {
-                    sum += throughput * radiance;
+                Met::Sky { passed, sky } => {
+                    sum += throughput * (passed + sky);
                     break;
                 }
                 Met::Surface(vertex) => vertex,
@@ -208,7 +228,7 @@ impl PathTracer<'_> {
             ),
         };
         let nothing = value == Vec3::ZERO && base == 0.0;
-        if nothing || light.radiance == Vec3::ZERO || caster.occluded(&light.shadow_ray) {
+        if nothing || light.radiance == Vec3::ZERO || self.occluded(caster, &light.shadow_ray) {
             return None;
         }
         let weight = if light.delta {

@@ -31,10 +31,7 @@ pub const PATH_TRACING: TechniqueEntry = TechniqueEntry {
         source: "Kajiya 1986; Veach 1997, power heuristic",
         bias: Bias::Unbiased,
         version: 3,
-        failures: &[
-            "caustics of small lights through smooth glass converge slowly",
-            "an opacity mask counts as an edge, as in Mitsuba: behind max_depth of them nothing is seen",
-        ],
+        failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: Parameters::PARAMETERS,
     },
     build: |table| {

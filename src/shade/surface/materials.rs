@@ -15,6 +15,7 @@ pub struct Surfaces<'a> {
     pub(super) scene: &'a Scene,
     /// Of each material that has one.
     coatings: Vec<Option<Arc<Coating>>>,
+    has_masks: bool,
 }
 
 /// Where on a triangle colours are looked up.
@@ -45,7 +46,13 @@ impl<'a> Surfaces<'a> {
         Self {
             scene,
             coatings: scene.materials.iter().map(coating_of).collect(),
+            has_masks: scene.materials.iter().any(|m| m.opacity.is_some()),
         }
+    }
+
+    /// Whether rays may pass anything by its opacity.
+    pub fn has_masks(&self) -> bool {
+        self.has_masks
     }
 
     /// A number in [0, 1]: the luminance of a colour.

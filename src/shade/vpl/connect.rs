@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::{Emission, Facing, LANES, VirtualLight, VirtualLights};
 use crate::shade::surface::Interaction;
-use crate::trace::{Ray, offset_origin};
+use crate::trace::{Caster, Ray, offset_origin};
 
 /// Rays to a light stop this share of their length before it.
 pub(super) const REACH: f32 = 1.0 - 1e-6;
@@ -113,6 +113,12 @@ impl VirtualLights<'_> {
         }
         let sent = light.lifted_sent(-direction);
         to.lifted_scattering(direction) * sent * (cosines / squared)
+    }
+
+    /// Whether something stops a light on its way to the receiver.
+    pub fn occluded(&self, caster: &Caster, to: &Receiver, index: usize) -> bool {
+        let ray = self.shadow_ray(to, index);
+        self.paths_of_scene.occluded(caster, &ray)
     }
 
     /// The ray that decides whether a light reaches the receiver.

@@ -106,7 +106,8 @@ impl VirtualLights<'_> {
             limit = longest * REACH;
         }
         let mut blocked = [0u64];
-        caster.occluded_bundle(to.origin, ways, limit, &mut blocked);
+        let paths = self.paths_of_scene;
+        paths.occluded_bundle(caster, to.origin, ways, limit, &mut blocked);
         for k in 0..count {
             let visible = blocked[0] >> k & 1 == 0;
             visit(buffers.indices[k] as usize, buffers.values[k], visible);

@@ -8,7 +8,7 @@ use crate::sample::Rng;
 use crate::scene::PointLight;
 use crate::shade::light::Source;
 use crate::shade::surface::Interaction;
-use crate::shade::{DIRECT_LIGHTING, PathTracer};
+use crate::shade::{DIRECT_LIGHTING, Leg, Met, PathTracer, Vertex};
 use crate::trace::{Caster, RayCounter, offset_origin};
 
 /// Keys the random numbers of light paths and of the pilot.
@@ -37,7 +37,13 @@ impl<'a> VirtualLights<'a> {
         let mut set = Self {
             clamp_distance: options.clamp * diagonal,
             disk: std::f32::consts::PI * 0.25 * diagonal * diagonal,
-            ..Self::default()
+            paths_of_scene: scene,
+            lights: Vec::new(),
+            facing: Vec::new(),
+            on_surfaces: 0,
+            finite: 0,
+            paths: 0,
+            dropped: 0,
         };
         let dark = scene.lights().is_dark();
         if dark || options.max_depth < DIRECT_LIGHTING || options.count == 0 {
@@ -115,10 +121,10 @@ impl<'a> Paths<'a> {
         let mut power = start.power * share;
         let mut ray = start.ray;
         for _ in 0..self.longest {
-            let Some(hit) = caster.closest(&ray) else {
+            let leg = Leg::from_camera(ray);
+            let Met::Surface(Vertex { at, .. }) = self.scene.meet(caster, leg, &mut rng) else {
                 break;
             };
-            let at = self.scene.surfaces().interact(&hit, ray.direction);
             if !at.bsdf.is_delta() {
                 lights.push(self.indirect(&at, power));
             }

@@ -26,6 +26,7 @@ use glam::Vec3;
 pub use connect::{Neighbourhood, Receiver};
 pub use gather::Gathering;
 
+use super::PathTracer;
 use super::surface::Interaction;
 use crate::image::luminance;
 use crate::scene::PointLight;
@@ -46,8 +47,8 @@ pub struct VplOptions {
 
 /// A set of virtual point lights, sorted so that neighbours in the list are neighbours in space:
 /// first those on surfaces, then point and spot lights, then those at infinity.
-#[derive(Clone, Debug, Default)]
 pub struct VirtualLights<'a> {
+    paths_of_scene: &'a PathTracer<'a>,
     lights: Vec<VirtualLight<'a>>,
     /// Positions and normals of the lights on surfaces, eight at a time.
     facing: Vec<Facing>,

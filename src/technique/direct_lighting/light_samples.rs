@@ -154,7 +154,9 @@ impl Lit<'_> {
                 ..
             } = light.arriving;
             let scattered = at.evaluate(direction) * irradiance;
-            if scattered == Vec3::ZERO || caster.occluded(&light.arriving.shadow_ray) {
+            if scattered == Vec3::ZERO
+                || self.shot.paths.occluded(caster, &light.arriving.shadow_ray)
+            {
                 return Vec3::ZERO;
             }
             scattered / light.density

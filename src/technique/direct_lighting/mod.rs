@@ -35,10 +35,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         source: "Veach 1997, power heuristic",
         bias: Bias::Unbiased,
         version: 3,
-        failures: &[
-            "light through glass and by mirrors is indirect, hence absent",
-            "behind more than one opacity mask nothing is seen",
-        ],
+        failures: &["light through glass and by mirrors is indirect, hence absent"],
         parameters: Parameters::PARAMETERS,
     },
     build: |table| {

@@ -4,14 +4,14 @@ use glam::Vec3;
 
 use super::super::Shot;
 use crate::sample::Rng;
-use crate::shade::Interaction;
-use crate::trace::{Caster, Hit, Ray};
+use crate::shade::{Interaction, Leg, Met};
+use crate::trace::{Caster, Hit};
 
 /// What a camera sample of the direct light sees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sight {
-    /// Radiance that light sampling cannot find: what the camera sees of emitters and the environment, itself, through an
-    /// opacity mask and by one mirror or pane.
+    /// Radiance that light sampling cannot find: what the camera sees of emitters and the environment, itself, through
+    /// opacity masks and by one mirror or pane.
     pub seen: Vec3,
     /// What remains to be lit, opaque: the hit, and the unit direction of the ray.
     pub surface: Option<(Hit, Vec3)>,
@@ -25,43 +25,25 @@ impl Sight {
         let ray = shot.ray_through(x, y);
         let direction = ray.direction;
         let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
-        let lights = shot.paths.lights();
-        let Some(hit) = caster.closest(&ray) else {
-            return Self {
-                seen: lights.environment(direction),
-                surface: None,
-            };
+        let paths = &shot.paths;
+        let vertex = match paths.meet(caster, Leg::from_camera(ray), rng) {
+            Met::Sky { passed, sky } => {
+                return Self {
+                    seen: passed + sky,
+                    surface: None,
+                };
+            }
+            Met::Surface(vertex) => vertex,
         };
-        let mut at = shot.paths.surfaces().interact(&hit, direction);
-        let mut seen = lights.emitted(&at);
-        let passes_mask = at.bsdf.opacity < 1.0 && rng.next_f32() >= at.bsdf.opacity;
-        if passes_mask {
-            let ray = lights.spawn(&at, direction);
-            return Self {
-                seen: seen + emitted_along(shot, caster, &ray),
-                surface: None,
-            };
-        }
-        at.bsdf.opacity = 1.0;
+        let at = &vertex.at;
+        let mut seen = vertex.emission;
         if let Some(sample) = at.sample(u).filter(|sample| sample.delta) {
-            let ray = lights.spawn(&at, sample.direction);
-            seen += sample.weight * emitted_along(shot, caster, &ray);
+            let leg = Leg::from_camera(paths.lights().spawn(at, sample.direction));
+            seen += sample.weight * paths.meet(caster, leg, rng).emission();
         }
         Self {
             seen,
-            surface: (!at.bsdf.is_delta()).then_some((hit, direction)),
-        }
-    }
-}
-
-/// The radiance that emitters and the environment send against a ray.
-fn emitted_along(shot: &Shot, caster: &Caster, ray: &Ray) -> Vec3 {
-    let lights = shot.paths.lights();
-    match caster.closest(ray) {
-        None => lights.environment(ray.direction),
-        Some(hit) => {
-            let surfaces = shot.paths.surfaces();
-            lights.emitted(&surfaces.interact(&hit, ray.direction))
+            surface: (!at.bsdf.is_delta()).then_some((vertex.hit, direction)),
         }
     }
 }

@@ -61,7 +61,8 @@ impl<'a> Illumination<'a> {
 
     /// Whether nothing lies between a surface and the map in a direction.
     pub fn sees(&self, caster: &Caster, at: &Interaction, direction: Vec3) -> bool {
-        !caster.occluded(&self.shot.paths.lights().spawn(at, direction))
+        let paths = &self.shot.paths;
+        !paths.occluded(caster, &paths.lights().spawn(at, direction))
     }
 
     /// Σ scattering · cosine · power · visibility; lights that the surface does not reflect cost no

@@ -98,7 +98,7 @@ impl ShadingFunction for OneLight<'_> {
             let mut rng = Rng::new(self.seed, STREAM, u64::from(pixel), u64::from(pass));
             if let Some((light, factor)) = self.choose(&mut rng) {
                 let lit = self.lights.unoccluded(&to, light);
-                if lit != Vec3::ZERO && !caster.occluded(&self.lights.shadow_ray(&to, light)) {
+                if lit != Vec3::ZERO && !self.lights.occluded(caster, &to, light) {
                     sum += lit * factor;
                 }
             }

@@ -164,7 +164,7 @@ impl CachedFunction for ImportanceRecords<'_> {
             }
             let light = choice.light as usize;
             let value = self.lights.unoccluded(&to, light);
-            if value != Vec3::ZERO && !caster.occluded(&self.lights.shadow_ray(&to, light)) {
+            if value != Vec3::ZERO && !self.lights.occluded(caster, &to, light) {
                 sum += value * choice.factor;
             }
         }

@@ -58,7 +58,7 @@ pub(super) fn uncover(
         || first.tracer.caster(counter),
         |caster, witness| {
             let way = way_to_texel(known, first, witness);
-            witness.cut_off = way.is_some_and(|way| caster.occluded(&way));
+            witness.cut_off = way.is_some_and(|way| first.paths.occluded(caster, &way));
         },
     );
     surfaces.blocks.begin_texels(&witnesses, |witness| {

@@ -176,7 +176,7 @@ impl Gathering<'_> {
                 tally.non_finite += 1;
                 continue;
             }
-            let arrives = !caster.occluded(&arriving.shadow_ray);
+            let arrives = !self.shot.paths.occluded(caster, &arriving.shadow_ray);
             if remembers {
                 hidden.remember(group, arrives);
             }
@@ -241,7 +241,11 @@ impl Gathering<'_> {
     /// Whether a light is seen in a direction.
     fn is_lit(&self, caster: &Caster, at: &Interaction, direction: Vec3, cone: &Cone) -> bool {
         let lights = self.shot.paths.lights();
-        let Some(hit) = caster.closest(&lights.spawn(at, direction)) else {
+        let Some(hit) = self
+            .shot
+            .paths
+            .stopped_at(caster, &lights.spawn(at, direction))
+        else {
             let mean = luminance(cone.light.into()) / cone.solid_angle();
             let sky = luminance(lights.environment(direction).into());
             return sky > 0.0 && sky >= self.parameters.bright_sky * mean;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::options::{Horizon, Parameters};
 use super::shown::{Shown, ShownCone, ShownTexels};
-use super::sight::{Address, Look, Sight, camera_ray};
+use super::sight::{Address, Look, Sight, camera_ray, meet};
 use super::texels::{Surfaces, frame_of, normal_of};
 use crate::cache::cones::{Cone, Storage};
 use crate::cache::surface::Texel;
@@ -114,8 +114,8 @@ impl Shading<'_> {
                     let radiance = match sight.looks[pixel * samples + sample] {
                         Some(look) => self.seen(workplace, look, [pixel, sample]),
                         None => {
-                            let ray = camera_ray(self.shot, self.seed, pixel as u32, sample as u32);
-                            self.shot.paths.lights().environment(ray.direction)
+                            let number = [pixel as u32, sample as u32];
+                            self.emission(&workplace.caster, None, number)
                         }
                     };
                     match radiance.is_finite() {
@@ -128,13 +128,34 @@ impl Shading<'_> {
         }
     }
 
+    /// Emission that a camera sample gets: of the surface that it meets or the sky, and of masks on its way.
+    fn emission(
+        &self,
+        caster: &Caster,
+        at: Option<&Interaction>,
+        [pixel, sample]: [u32; 2],
+    ) -> Vec3 {
+        let paths = &self.shot.paths;
+        if paths.surfaces().has_masks() {
+            return meet(self.shot, caster, self.seed, [pixel, sample]).emission();
+        }
+        match at {
+            Some(at) => paths.lights().emitted(at),
+            None => {
+                let ray = camera_ray(self.shot, self.seed, pixel, sample);
+                paths.lights().environment(ray.direction)
+            }
+        }
+    }
+
     /// Radiance that a camera sample of a pixel gets of the surface that it meets.
     fn seen(&self, workplace: &mut Workplace, look: Look, [pixel, sample]: [usize; 2]) -> Vec3 {
         let item = pixel as u64 | u64::from(self.shot.viewer) << 48;
         let number = u64::from(self.shot.frame) << 32 | sample as u64;
         let rng = &mut Rng::new(self.seed, STREAM, item, number);
         let paths = &self.shot.paths;
-        let at = paths.surfaces().interact(&look.hit, look.direction);
+        let mut at = paths.surfaces().interact(&look.hit, look.direction);
+        at.bsdf.opacity = 1.0;
         let straight = self.straight(&workplace.caster, &at, rng);
         let scattered = match look.address {
             Some(address) => self.cached(workplace, &at, &address),
@@ -145,7 +166,8 @@ impl Shading<'_> {
             workplace.tally.uncached += 1;
             self.sampled(&workplace.caster, &at, rng)
         });
-        paths.lights().emitted(&at) + straight + scattered
+        let number = [pixel as u32, sample as u32];
+        self.emission(&workplace.caster, Some(&at), number) + straight + scattered
     }
 
     /// What a surface sends to its viewer of the light of its texels, where they hold some.
@@ -200,7 +222,7 @@ impl Shading<'_> {
         (shown.known, shown.used) = (true, entry.cones().len());
     }
 
-    /// Light that reaches the viewer without being spread: through masks and glass, and by mirrors.
+    /// Light that reaches the viewer without being spread: through glass, and by mirrors.
     fn straight(&self, caster: &Caster, at: &Interaction, rng: &mut Rng) -> Vec3 {
         let u = [rng.next_f32(), rng.next_f32(), rng.next_f32()];
         if !at.bsdf.has_delta() {
@@ -259,7 +281,7 @@ impl Shading<'_> {
                 continue;
             };
             let scattered = at.evaluate(light.direction) * light.radiance / light.pdf_sr;
-            if scattered != Vec3::ZERO && !caster.occluded(&light.shadow_ray) {
+            if scattered != Vec3::ZERO && !self.shot.paths.occluded(caster, &light.shadow_ray) {
                 sum += scattered;
             }
         }

@@ -9,6 +9,7 @@ use crate::cache::surface::{Grid, Requests, Surface, Texel};
 use crate::memory::room_for;
 use crate::sample::Rng;
 use crate::scene::Scene;
+use crate::shade::{Leg, Met};
 use crate::technique::Shot;
 use crate::trace::{Caster, Hit, Ray, RayCounter};
 
@@ -102,6 +103,8 @@ impl Sight {
 
 /// Keys the places of camera samples in pixels.
 const STREAM: u64 = 0x636f_6e65_6361;
+/// Keys which masks they pass.
+const MASKS: u64 = 0x636f_6e65_6d61;
 
 /// The camera ray through sample `sample` of a pixel: evenly spread ones, moved together to another place of the pixel in
 /// each frame, so that a mean over frames has smooth edges. Viewers who see the same cast the same.
@@ -111,6 +114,19 @@ pub(super) fn camera_ray(shot: &Shot, seed: u64, pixel: u32, sample: u32) -> Ray
     let x = (pixel as usize % shot.width) as f64 + dx;
     let y = (pixel as usize / shot.width) as f64 + dy;
     shot.ray_through(x, y)
+}
+
+/// What a camera sample meets behind the opacity masks that it passes.
+pub(super) fn meet<'s>(
+    shot: &'s Shot,
+    caster: &Caster,
+    seed: u64,
+    [pixel, sample]: [u32; 2],
+) -> Met<'s> {
+    let item = u64::from(pixel) << 32 | u64::from(sample);
+    let mut rng = Rng::new(seed, MASKS, item, u64::from(shot.frame));
+    let ray = camera_ray(shot, seed, pixel, sample);
+    shot.paths.meet(caster, Leg::from_camera(ray), &mut rng)
 }
 
 impl Addresses<'_> {
@@ -135,6 +151,8 @@ impl Addresses<'_> {
                 let hits = &mut hits[..directions.len()];
                 caster.closest_bundle(origin, &directions, f32::INFINITY, hits);
                 for ((pixel, hit), direction) in pixels().zip(hits).zip(&directions) {
+                    let number = [(top * shot.width + pixel) as u32, sample as u32];
+                    let hit = self.behind_masks(caster, *hit, number);
                     looks[pixel * samples + sample] = hit.map(|hit| Look {
                         hit,
                         direction: *direction,
@@ -142,6 +160,17 @@ impl Addresses<'_> {
                     });
                 }
             }
+        }
+    }
+
+    /// What stops the ray of a camera sample, of which the first hit is known.
+    fn behind_masks(&self, caster: &Caster, hit: Option<Hit>, number: [u32; 2]) -> Option<Hit> {
+        if hit.is_none() || !self.shot.paths.surfaces().has_masks() {
+            return hit;
+        }
+        match meet(self.shot, caster, self.seed, number) {
+            Met::Sky { .. } => None,
+            Met::Surface(vertex) => Some(vertex.hit),
         }
     }
 

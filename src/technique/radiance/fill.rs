@@ -116,8 +116,8 @@ impl FillingPath {
         self.passed.clear();
         loop {
             let vertex = match met {
-                Met::Sky(radiance) => {
-                    self.add_emission(radiance, rule.length);
+                Met::Sky { passed, sky } => {
+                    self.add_emission(passed + sky, rule.length);
                     break;
                 }
                 Met::Surface(vertex) => vertex,

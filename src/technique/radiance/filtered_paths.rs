@@ -114,8 +114,8 @@ impl FilteredPaths {
 fn path(shot: &Shot, caster: &Caster, leg: Leg, rng: &mut Rng) -> LayerVertex {
     let mut first = LayerVertex::default();
     let met = match shot.paths.meet(caster, leg, rng) {
-        Met::Sky(radiance) => {
-            first.emission = radiance;
+        Met::Sky { passed, sky } => {
+            first.emission = passed + sky;
             return first;
         }
         Met::Surface(vertex) => vertex,

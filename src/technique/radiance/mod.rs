@@ -39,11 +39,7 @@ pub const ENTRY: TechniqueEntry = TechniqueEntry {
         source: "Roth et al. 2020; truth: path tracing to the scene's max_depth",
         bias: Bias::Unbiased,
         version: 3,
-        failures: &[
-            "caustics of small lights through smooth glass converge slowly",
-            "an opacity mask counts as an edge of its paths, as in Mitsuba, not of the caches', which pass 64 of them: behind \
-             many leaves the truth is darker",
-        ],
+        failures: &["caustics of small lights through smooth glass converge slowly"],
         parameters: Parameters::PARAMETERS,
     },
     build: |table| Ok(Box::new(Truth::new(table, None, CONTENDERS)?)),

@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
         let mut behind: Option<LayerVertex> = None;
         for layer in 0..=most {
             let segment = match &met {
-                Met::Sky(_) => self.shot.scene.diagonal,
+                Met::Sky { .. } => self.shot.scene.diagonal,
                 Met::Surface(vertex) => vertex.distance,
             };
             if let Some(mut vertex) = behind.take() {
@@ -182,8 +182,8 @@ impl<'a> Reader<'a> {
             }
             self.read.depth = self.read.depth.max(layer + 1);
             let at = match met {
-                Met::Sky(radiance) => {
-                    let emission = self.finite(radiance);
+                Met::Sky { passed, sky } => {
+                    let emission = self.finite(passed + sky);
                     let sky = LayerVertex {
                         emission,
                         ..LayerVertex::default()

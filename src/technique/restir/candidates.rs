@@ -117,7 +117,7 @@ impl<'a> Candidates<'a> {
 
     fn by_surface(&self, receiver: &Receiver, tools: &mut Tools) -> Option<ChosenPlace> {
         let ray = receiver.sampled_ray(&mut tools.rng)?;
-        let hit = tools.caster.closest(&ray);
+        let hit = self.shot.paths.stopped_at(tools.caster, &ray);
         match (self.sources, hit) {
             (Sources::All, hit) => receiver.place_met(hit.as_ref(), ray.direction),
             (Sources::Environment, None) => self.lights().environment_place(ray.direction),

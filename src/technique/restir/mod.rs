@@ -49,6 +49,7 @@ pub const ABOUT_BIASED: About = About {
     bias: Bias::Biased,
     version: 3,
     failures: &[
+        "light through half-transparent masks is too dark: each surface that reuses a sample draws its shadow anew",
         "too dark where neighbours or the frame before saw what the surface does not",
         "errors of neighbours are alike, which shows as blotches and flickers",
         "highlights of large lights in smooth surfaces are noisy: candidates know the lights alone",
@@ -67,6 +68,7 @@ pub const ABOUT_UNBIASED: About = About {
     bias: Bias::Unbiased,
     version: 3,
     failures: &[
+        "light through half-transparent masks is too dark: each surface that reuses a sample draws its shadow anew",
         "unbiased while nothing moves: what a surface could have drawn in the frame before is asked in the present scene",
         "errors of neighbours are alike, which shows as blotches and flickers",
         "samples that few surfaces could have drawn are rare and bright",
@@ -84,6 +86,7 @@ pub const ABOUT_RTXDI: About = About {
     bias: Bias::Biased,
     version: 5,
     failures: &[
+        "light through half-transparent masks is too dark: each surface that reuses a sample draws its shadow anew",
         "weights do not see shadows: biased at their edges",
         "one sample a pixel: noisy under few large lights",
         "highlights of large lights in smooth surfaces are noisy: candidates know the lights alone",

@@ -301,7 +301,7 @@ impl<'a> Pass<'a> {
         let shade = |caster: &mut Caster, receiver: &Receiver, reservoir: &Reservoir| {
             let place = reservoir.place.as_ref()?;
             let (scattered, arriving) = receiver.scattered(place)?;
-            let lit = is_seen || !caster.occluded(&arriving.shadow_ray);
+            let lit = is_seen || !self.shot.paths.occluded(caster, &arriving.shadow_ray);
             lit.then_some(scattered * reservoir.weight)
         };
         all.par_chunks(layers)

@@ -128,7 +128,7 @@ impl<'a> Receiver<'a> {
     pub fn shadowed_target(&self, caster: &Caster, place: &LightPlace) -> f32 {
         match self.scattered(place) {
             Some((rgb, arriving)) if target_of(rgb) > 0.0 => {
-                match caster.occluded(&arriving.shadow_ray) {
+                match self.shot.paths.occluded(caster, &arriving.shadow_ray) {
                     true => 0.0,
                     false => target_of(rgb),
                 }

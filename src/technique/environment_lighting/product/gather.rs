@@ -166,11 +166,11 @@ impl Gather<'_> {
         let together =
             directions.len() >= self.bundle && directions.iter().all(|d| d.dot(side) > 0.0);
         if together {
-            let lights = self.illumination.shot.paths.lights();
-            let start = lights.spawn(surface, directions[0]);
+            let paths = &self.illumination.shot.paths;
+            let start = paths.lights().spawn(surface, directions[0]);
             occluded.clear();
             occluded.resize(directions.len().div_ceil(64), 0);
-            caster.occluded_bundle(start.origin, directions, start.t_max, occluded);
+            paths.occluded_bundle(caster, start.origin, directions, start.t_max, occluded);
         }
         let (mut shadowed, mut sampled) = ([Vec3::ZERO; 2], [Vec3::ZERO; 2]);
         for (i, (direction, (group, light))) in directions.iter().zip(brought).enumerate() {

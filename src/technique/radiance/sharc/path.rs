@@ -208,11 +208,11 @@ impl<'a> Walk<'a> {
         let mut stored = 0;
         for depth in 1..=last {
             let vertex = match shot.paths.meet(caster, leg, rng) {
-                Met::Sky(radiance) => {
+                Met::Sky { passed, sky } => {
                     if depth == 2 {
                         self.first.segment = shot.scene.diagonal;
                     }
-                    self.steps.push(Step::shining(radiance));
+                    self.steps.push(Step::shining(passed + sky));
                     return;
                 }
                 Met::Surface(vertex) => vertex,
