@@ -32,7 +32,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "lights sampled by their contribution at each point, with a filtered visibility ratio",
         source: "own method; ratio estimator: Heitz, Hill & McGuire 2018; edges: Lee 1980",
         bias: Bias::Biased,
-        version: 1,
+        version: 2,
         failures: &[
             "penumbrae narrower than the filter are somewhat soft at few rays",
             "highlights of very glossy surfaces are those of the lights' centres, widened by their spread",

@@ -19,7 +19,7 @@ pub const ENTRY: SamplerEntry = SamplerEntry {
         summary: "lights sampled by their contribution at each point, without bias",
         source: "own method",
         bias: Bias::Unbiased,
-        version: 1,
+        version: 2,
         failures: &[
             "noise at few samples",
             "mirror reflections of smooth coatings are left out, as by all light sets",

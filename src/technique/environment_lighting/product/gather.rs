@@ -10,7 +10,7 @@ use super::lights::LightArrays;
 use super::numbers::PixelNumbers;
 use super::selection::{Chosen, systematic};
 use super::terms::Terms;
-use crate::environment::{DRAWS, TexelLights};
+use crate::environment::{DRAWS, Environment, TexelLights};
 use crate::sample::is_set;
 use crate::shade::Interaction;
 use crate::technique::Seen;
@@ -23,6 +23,8 @@ const ROWS: usize = 8;
 /// One sample of all pixels.
 pub(super) struct Gather<'a> {
     pub illumination: &'a Illumination<'a>,
+    /// What the lights are parts of.
+    pub map: &'a Environment,
     pub lights: &'a TexelLights,
     pub arrays: &'a LightArrays,
     pub irradiance: &'a Irradiance,
@@ -194,12 +196,12 @@ impl Gather<'_> {
         pixel: [usize; 2],
         scratch: &Scratch,
     ) -> Vec3 {
-        let (illumination, map) = (self.illumination, self.illumination.environment);
+        let illumination = self.illumination;
         let share = scratch.contributions.total() / self.rays as f32;
         let mut sum = Vec3::ZERO;
         for (ray, choice) in scratch.chosen.iter().enumerate() {
             let point = self.numbers.point(pixel, ray);
-            let sample = self.lights.sample(map, choice.light, choice.within, point);
+            let sample = self.lights.sample(self.map, choice.light, choice.within, point);
             let Some(sample) = sample else {
                 continue;
             };

@@ -39,12 +39,13 @@ pub(super) fn render(
 ) -> Rendered {
     let shot = illumination.shot;
     let mut rendered = Rendered::default();
+    let map = illumination.environment.for_lights();
     let (mut lights, arrays, irradiance) = rendered.stages.time("light_generation", || {
         let generate = match unbiased {
             true => TexelLights::with_texels,
             false => TexelLights::new,
         };
-        let lights = generate(illumination.environment, parameters.lights, terms.seed);
+        let lights = generate(&map, parameters.lights, terms.seed);
         let arrays = LightArrays::new(&lights, illumination.scale);
         let irradiance = Irradiance::new(&arrays);
         (lights, arrays, irradiance)
@@ -54,6 +55,7 @@ pub(super) fn render(
     for sample in 0..shot.spp {
         let gather = Gather {
             illumination,
+            map: &map,
             lights: &lights,
             arrays: &arrays,
             irradiance: &irradiance,
