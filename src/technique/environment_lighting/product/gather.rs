@@ -201,7 +201,9 @@ impl Gather<'_> {
         let mut sum = Vec3::ZERO;
         for (ray, choice) in scratch.chosen.iter().enumerate() {
             let point = self.numbers.point(pixel, ray);
-            let sample = self.lights.sample(self.map, choice.light, choice.within, point);
+            let sample = self
+                .lights
+                .sample(self.map, choice.light, choice.within, point);
             let Some(sample) = sample else {
                 continue;
             };
