@@ -156,6 +156,8 @@ def main() -> None:
     for name, lines in verdicts.items():
         page += [f"### {name}", ""] if name and lines else []
         page += [*lines, ""] if lines else []
+    if not any(Path(asked.results, name, "tables").is_dir() for name in parts):
+        raise SystemExit(f"{asked.results}: no tables; of a suite RUN.log is needed with its lines `results: …` (run it without -q)")
     for name, part in parts.items():
         # In the order in which they were printed, by their titles.
         tables = [path.read_text().rstrip("\n") for path in Path(asked.results, name, "tables").glob("*.md")]
